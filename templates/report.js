@@ -34,7 +34,6 @@ function claims(table, tools) {
   });
   const buttons = all('button', tools).filter((button) => {
     const count = rows.filter((one) => !button.dataset.look || one.look === button.dataset.look).length;
-    button.append(` ${count}`);
     if (!count) button.remove();
     return count;
   });

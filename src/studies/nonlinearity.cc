@@ -482,7 +482,7 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
   for (Panel* panel : {&D, &c}) panel->add_level(0, {.colour = "frame", .width = 0.8});
   plot.panels = {D, c};
   plot.add_key("one bead overloaded", {.width = 1.2});
-  plot.add_key("all loads ±ε (multiplexed)", {.width = 0.8, .dash = 2});
+  plot.add_key("all loads ±ε", {.width = 0.8, .dash = 2});
   return plot_figure(
       plot,
       {"studies/" + study + ".captions",

@@ -315,10 +315,9 @@ std::string spreading_depths(const std::vector<DeepResponse>& measured) {
 }  // namespace
 
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec) {
-  return {
-      judge_stretch(measured, spec, "spreading-shallow", "as deep as the paper's piles, saturated ones without a load",
-                    &DeepResponse::shallow, shallow_from),
-      judge_stretch(measured, spec, "spreading-deep", spreading_depths(measured), &DeepResponse::deep, deep_from)};
+  return {judge_stretch(measured, spec, "spreading-shallow", "at the paper's depths, below saturated layers",
+                        &DeepResponse::shallow, shallow_from),
+          judge_stretch(measured, spec, "spreading-deep", spreading_depths(measured), &DeepResponse::deep, deep_from)};
 }
 
 namespace {

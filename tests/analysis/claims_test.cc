@@ -194,7 +194,7 @@ TEST_CASE("Two Gaussians describe a profile that leaves little between the peaks
 
   // What decides is what the sentence tells: here the area, at another friction than the largest share.
   const Claim by_area = judged({area, at_friction(0.2, 0.56, 0.07, 0.03)}, "two-gaussians");
-  CHECK_THAT(by_area.explanation, Contains("missing from the area") && Contains("0.100(10) at μ = 0.3") &&
+  CHECK_THAT(by_area.explanation, Contains("missing from the area") && Contains("0.100(10) at worst, at μ = 0.3") &&
                                       Contains("exceeds it by more than three standard errors"));
   // A friction whose peaks are too narrow is named; one whose response has another shape refutes the claim.
   Transport skipped = at_friction(0.1, 0.575, 0.005, 0);

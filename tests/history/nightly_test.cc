@@ -242,8 +242,8 @@ TEST_CASE("An alarm has passed once a night is fine, and a number that is gone s
   const std::string page = read_file(history / "index.html");
   CHECK_THAT(page, Contains("c: 0.550(10) on 2026-01-01, none since"));
   CHECK(page.find("<h3>D: 0.070(10)</h3>") < page.find("<h3>c: "));
-  CHECK_THAT(page, Contains("<title>2026-01-01, night 1, 0 samples: 0.550(10)</title>") &&
-                       Contains("<span>2026-01-01</span>") && Contains("<span>2026-01-02</span>"));
+  CHECK_THAT(page, Contains("<title>night 1, 2026-01-01, 0 samples: 0.550(10)</title>") &&
+                       Contains("<span>night 1, 2026-01-01</span>") && Contains(", 2026-01-02</span>"));
   CHECK_THAT(page, Contains("<td>young: not decided → reproduced</td>") && !Contains("settled:"));
 }
 

@@ -242,11 +242,11 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
 TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {
   ReportData data = numbers();
   CHECK(contains(Page(data).html, "0 not decided"));
-  CHECK(contains(Page(data).html, "Not tested in this run: amplitude."));
+  CHECK(contains(Page(data).html, "Claims not tested in this run: amplitude."));
   data.analysis.claims.back().verdict = "not decided";
   const std::string html = Page(data).html;
   CHECK(contains(html, "1 not decided"));
-  CHECK_FALSE(contains(html, "Not tested in this run"));
+  CHECK_FALSE(contains(html, "Claims not tested in this run"));
 }
 
 TEST_CASE("Page 1 shows the exponents as they are read, as slopes and at small friction, and misses first") {

@@ -225,7 +225,7 @@ TEST_CASE("The loads are plotted against the linear response, and what cannot be
   CHECK(contains(figure.details, "−25.0(3.0) % at μ = 0.1 and −25.0(3.0) % at μ = 0.3"));
   CHECK_FALSE(contains(figure.details, " ."));
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"size of the load", "all loads ±ε (multiplexed)", "μ = 0.3"}) CHECK(contains(svg, label));
+  for (const char* label : {"size of the load", "all loads ±ε", "μ = 0.3"}) CHECK(contains(svg, label));
   const std::string points = read_file(run.path() / "figures/nonlinearity-point-mu-0.1.csv");
   CHECK(std::count(points.begin(), points.end(), '\n') == 3);  // names, units and the overload 1
   CHECK_THROWS_AS(plot_load_comparison({}, "nonlinearity", run.path()), InputError);

@@ -24,15 +24,31 @@ Claim of_friction(const Analysis& analysis, const Claim& claim) {
   return open;
 }
 
+/// What sets the beads of an experiment apart from the paper's, which its claims are about; empty if nothing does.
+std::string other_beads(const Analysis& analysis) {
+  if (analysis.angle() != usual_angle) {
+    return fmt::format("it is about contacts at {} degrees, and those of this experiment stand at {}", usual_angle,
+                       analysis.angle());
+  }
+  for (const Transport& result : analysis.results) {
+    const SamplerSpec& sampler = result.spec.sampler;
+    if (!sampler.model.is_beads()) continue;
+    if (sampler.load_angle != 0 || sampler.load_offset != 0) {
+      return "it is about upright loads through the centres of the top beads, and those of this experiment are not";
+    }
+    if (sampler.bead_weight != 0) return "it is about weightless beads, and those of this experiment have weight";
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<Claim> judge_claims(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec) {
-  if (analysis.angle() != usual_angle) {
+  if (const std::string why = other_beads(analysis); !why.empty()) {
     std::vector<Claim> claims = judge_claims({}, fit, spec);
     for (Claim& claim : claims) {
       claim = open_claim(claim.id, claim.statement, claim.quantity);
-      leave_open(claim, "it is about contacts at {} degrees, and those of this experiment stand at {}", usual_angle,
-                 analysis.angle());
+      leave_open(claim, "{}", why);
     }
     return claims;
   }

@@ -323,16 +323,16 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
     return claim;
   }
   claim.measured = worst->share;
+  claim.quantity += fmt::format(", up to μ = {}", fit.scaling_window[1]);
   const bool failed = worst->excess > agreement, open = worst->excess > -agreement;
   claim.verdict = failed || !other_shape.empty() ? not_reproduced : open ? not_decided : reproduced;
   const char* distance = failed                       ? "exceeds it by more than three standard errors"
                          : worst->excess > -agreement ? "lies within three standard errors of it"
                                                       : "stays below it by more than three standard errors";
-  add_sentence(claim,
-               "{} the share of the response that {} is worst with {} at μ = {}: up to ± {} counts as well described, "
-               "and this {}.",
+  add_sentence(claim, "{} the share of the response that {} is {}: up to ± {} counts as well described, and this {}.",
                mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_values(mu), worst->what,
-               value_with_error(worst->share), worst->mu, significant(spec.largest_remainder, 2), distance);
+               value_with_error(worst->share) + (mu.size() == 1 ? "" : fmt::format(" at worst, at μ = {}", worst->mu)),
+               significant(spec.largest_remainder, 2), distance);
   if (!unknown.empty()) {
     add_sentence(claim, "Not known at {}, where no fit tells the peaks.", list_of_values(unknown));
   }

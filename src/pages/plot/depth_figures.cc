@@ -331,7 +331,7 @@ std::string quality_of(const ProfilePanel& panel) {
 
 std::string head_of(const ProfilePanel& panel, int layers_computed) {
   const int layer = panel.profile->layer;
-  return fmt::format("z = {:.1f}: layer {} of {}", panel.profile->z, layer, layers_computed);
+  return fmt::format("z = {:.1f}: layer {} / {}", panel.profile->z, layer, layers_computed);
 }
 
 std::string note_of(const ProfilePanel& panel) {
@@ -409,7 +409,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
   const std::string mu = caption_number(result->scanned());
   Range y_axis = range;
   y_axis.low -= 0.05 * room;
-  y_axis.high += 0.22 * room;  // room for the labels above the peaks
+  y_axis.high += 0.32 * room;  // room for the labels above the peaks
   plot.own = {{"depths", fields_of(panels, spec.layers_computed, close_view)},
               {"how_many", panels.size()},
               {"detailed", detailed},
@@ -432,10 +432,10 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
                        {"unloaded", estimator == EstimatorName::fluctuation ? "yes" : ""},
                        {"finite", loads_one_bead(estimator) ? "yes" : ""},
                        {"depths", enumeration(depths)},
-                       {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
                        {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
                        {"detailed", detailed ? "yes" : ""},
-                       {"deeper", panels.size() > 1 ? "yes" : ""},
+                       {"two_peaks", unfitted.size() < panels.size() ? "yes" : ""},
+                       {"grow", panels.size() > 1 && unfitted.empty() && !result->exact ? "yes" : ""},
                        {"unfitted", enumeration(unfitted)},
                        {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
                        {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}},

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "analysis/claims.h"
@@ -74,14 +75,21 @@ class FindingPanel {
     panel_.name_above = true;
   }
 
-  void add_points(const std::string& name, const std::vector<PowerLawPoint>& points, const Ink& ink, double size) {
-    if (points.empty()) return;
-    CsvTable table(power_law_columns(x_unit_, "dimensionless"));
-    for (const PowerLawPoint& point : points) {
-      table.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, x_.low), point.x + point.x_error,
-                     std::max(point.y - point.y_error, y_.low), point.y + point.y_error});
+  /// Filled where mu lies in the window of the fit, else open.
+  void add_points(const std::string& name, const std::vector<PowerLawPoint>& points,
+                  const std::array<double, 2>& window, const Ink& ink, double size) {
+    for (const bool inside : {true, false}) {
+      CsvTable table(power_law_columns(x_unit_, "dimensionless"));
+      for (const PowerLawPoint& point : points) {
+        if (in_window(point.mu, window) != inside) continue;
+        table.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, x_.low), point.x + point.x_error,
+                       std::max(point.y - point.y_error, y_.low), point.y + point.y_error});
+      }
+      if (table.empty()) continue;
+      const Ink of_these{ink.colour, inside ? ink.marker : ink.marker - 1};
+      panel_.add(plot_.add_data(inside ? name : name + "-outside", table), "2:3:4:5:6:7",
+                 of_these.both_bars(0.8, size));
     }
-    panel_.add(plot_.add_data(name, table), "2:3:4:5:6:7", ink.both_bars(0.8, size));
   }
 
   /// A power law through the middle of the points, as far as it lies inside the axes.
@@ -146,7 +154,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
     if (one.id == "at_one_depth") {
       readings.insert(readings.begin(), {one, {"vermilion", 13}});
     } else {
-      readings.push_back({one, {"bluish_green", 6}});
+      readings.push_back({one, {"bluish_green", 9}});
     }
   }
   const bool as_paper = readings.front().first.id == "at_one_depth";
@@ -172,7 +180,8 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
     for (std::size_t i = readings.size(); i-- > 0;) {
       const auto& [reading, ink] = readings[i];
       panel.add_law(fit_of(reading), middle_of(i), ink.colour);
-      panel.add_points((against_D ? "alpha-" : "gamma-") + reading.id, series[i], ink, ink.marker == 7 ? 0.5 : 0.65);
+      panel.add_points((against_D ? "alpha-" : "gamma-") + reading.id, series[i], fit_of(reading).window, ink,
+                       ink.marker == 7 ? 0.5 : 0.65);
       const std::string name = fmt::format("{}: {} = {}", reading.label, symbol, exponent_text(fit_of(reading)));
       if (as_paper && i == 0) {
         panel.add_text(name, 0.03, above, ink.colour);

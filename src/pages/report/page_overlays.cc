@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "model/lattice.h"
 #include "plot/figure_captions.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
@@ -199,7 +200,13 @@ void add_claims(Json& overlay, const Json& summary) {
   overlay["any_tested"] = untested.size() < claims.size();
   overlay["untested_list"] = fmt::format("{}", fmt::join(untested, ", "));
   overlay["any_beyond"] = !beyond.empty();
-  overlay["claim_groups"] = {{{"beyond", false}, {"claim_rows", of_paper}}, {{"beyond", true}, {"claim_rows", beyond}}};
+  // A group without a row would be an empty part of the table, and its head overleaf.
+  const auto any_row = [](const Json& rows) {
+    return std::ranges::any_of(rows, [](const Json& row) { return row.at("look") != "untested"; });
+  };
+  overlay["claim_groups"] = Json::array();
+  if (any_row(of_paper)) overlay["claim_groups"].push_back({{"beyond", false}, {"claim_rows", of_paper}});
+  if (any_row(beyond)) overlay["claim_groups"].push_back({{"beyond", true}, {"claim_rows", beyond}});
 }
 
 namespace {
@@ -382,6 +389,28 @@ void add_causes(Json& overlay, const Json& summary) {
   overlay["has_causes"] = is_friction_of_beads(summary) && known(scaling.at("gamma")) && known(scaling.at("alpha"));
 }
 
+/// c and D of one result, by their keys.
+Json c_and_D_of(const Json& summary, std::size_t i) {
+  const std::string place = fmt::format("/results/{}", i);
+  Json one{{"scanned", {{"key", place_of_scanned(summary, i)}}},
+           {"c", {{"key", place + "/c"}}},
+           {"D", {{"key", place + "/D"}}}};
+  if (is_rounding(summary.at("results")[i], "D")) one["D"]["text"] = "0";
+  return one;
+}
+
+/// The result of the largest friction in the window of the exponents whose c and D are known; null if there is none.
+Json at_end_of_window(const Json& summary) {
+  const Json &results = summary.at("results"), &window = summary.at("scaling").at("gamma").at("window");
+  Json last = nullptr;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const Json& one = results[i];
+    if (!known(one.at("c")) || !known(one.at("D")) || one.at("mu").get<double>() > window.at(1).get<double>()) continue;
+    last = c_and_D_of(summary, i);
+  }
+  return last;
+}
+
 /// The first and the last result whose c and D are known, which may be one; null if there is none.
 Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
   const Json& results = summary.at("results");
@@ -390,16 +419,8 @@ Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
     if (known(results[i].at("c")) && known(results[i].at("D"))) told.push_back(i);
   }
   if (told.empty()) return nullptr;
-  const auto end = [&](std::size_t i) {
-    const std::string place = fmt::format("/results/{}", i);
-    Json one{{"scanned", {{"key", place_of_scanned(summary, i)}}},
-             {"c", {{"key", place + "/c"}}},
-             {"D", {{"key", place + "/D"}}}};
-    if (is_rounding(results[i], "D")) one["D"]["text"] = "0";
-    return one;
-  };
-  return {{"first", end(told.front())},
-          {"last", end(told.back())},
+  return {{"first", c_and_D_of(summary, told.front())},
+          {"last", c_and_D_of(summary, told.back())},
           {"two", told.size() > 1},
           {"powers", powers},
           {"of_friction", of_friction}};
@@ -455,6 +476,9 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"slopes_miss", slopes_miss},
       {"slopes_open", !slopes_have && !slopes_miss},
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))}};
+  const Json& any_result = summary.at("results").empty() ? Json::object() : summary.at("results").front();
+  overlay["headline"]["c0"] = fmt::format("{:.4f}", any_result.value("c0", 1 / sqrt3));
+  overlay["headline"]["at"] = generated ? at_end_of_window(summary) : Json(nullptr);
   overlay["headline"]["scanned"] =
       own.empty() && !generated ? ends_of_scan(summary, powers, of_friction) : Json(nullptr);
   const Json& results = summary.at("results");

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -202,6 +203,18 @@ Json named_values(const std::vector<std::pair<std::string, std::string>>& pairs)
   return list;
 }
 
+/// "gnuplot 5.4" of gnuplot is 5.4.
+std::vector<std::pair<std::string, std::string>> without_names(std::vector<std::pair<std::string, std::string>> pairs) {
+  for (auto& [name, value] : pairs) {
+    const auto same = [](char a, char b) { return std::tolower(a) == std::tolower(b); };
+    if (value.size() > name.size() && std::equal(name.begin(), name.end(), value.begin(), same) &&
+        value[name.size()] == ' ') {
+      value.erase(0, name.size() + 1);
+    }
+  }
+  return pairs;
+}
+
 /// Of each friction coefficient. All are in summary.json; ten thousand of them would bury the report.
 constexpr std::size_t most_named_failures = 8;
 
@@ -272,6 +285,19 @@ std::string run_line(const Analysis& analysis) {
                         : fmt::format("{} piles at each of {} {}", *samples.begin(), ensembles, symbol);
 }
 
+/// What sets the beads apart from the paper's: " · load 12° from the vertical · bead weight 0.1".
+std::string unusual_beads(const Analysis& analysis) {
+  if (analysis.results.empty()) return {};
+  const EnsembleSpec& spec = analysis.results.back().spec;
+  const SamplerSpec& sampler = spec.sampler;
+  std::string words;
+  if (spec.lattice.angle != usual_angle) words += fmt::format(" · contacts at {}°", spec.lattice.angle);
+  if (sampler.load_angle != 0) words += fmt::format(" · loads {}° from the vertical", sampler.load_angle);
+  if (sampler.load_offset != 0) words += fmt::format(" · loads {} radii beside the centres", sampler.load_offset);
+  if (sampler.bead_weight != 0) words += fmt::format(" · bead weight {}", sampler.bead_weight);
+  return words;
+}
+
 /// Which of five sums a stage belongs to; what a study times by itself is one of its own.
 std::string sum_of(const std::string& stage, const std::string& scanned) {
   if (stage.starts_with(fmt::format("sample {} = ", scanned))) return "sampling, main ensembles";
@@ -320,7 +346,7 @@ Json sums_of_timings(const std::vector<StageTiming>& timings, const std::string&
 
 void add_provenance(Json& overlay, const ReportData& data) {
   const Provenance& from = data.provenance;
-  overlay["run_line"] = run_line(data.analysis);
+  overlay["run_line"] = run_line(data.analysis) + unusual_beads(data.analysis);
   overlay["commit"] = from.git_commit.substr(0, 10);
   overlay["dirty"] = from.git_dirty;
   overlay["facts"] = named_values({{"Program", from.program_version},
@@ -331,18 +357,28 @@ void add_provenance(Json& overlay, const ReportData& data) {
                                    {"Operating system", from.operating_system},
                                    {"Hardware threads", std::to_string(from.hardware_threads)}});
   overlay["libraries"] = named_values(from.libraries);
-  overlay["environment"] = named_values(data.environment);
+  overlay["environment"] = named_values(without_names(data.environment));
   overlay["timings"] = sums_of_timings(data.timings, data.analysis.scan->name);
+  double seconds = 0;
+  for (const StageTiming& timing : data.timings) seconds += timing.seconds;
+  overlay["all_timings"] = std::isfinite(seconds) ? describe_duration(seconds) : "not known";
   overlay["reuse"] = data.reuse;
   // Line by line, so that what does not fit into one is seen to belong to it.
   Json lines = Json::array();
   std::istringstream text(data.changed_experiment.empty() ? data.resolved_experiment : data.changed_experiment);
   // What the gate expects tells the program which verdicts are news, not the reader what was computed.
-  bool of_gate = false;
+  bool of_gate = false, of_experiment = false;
   for (std::string line; std::getline(text, line);) {
-    if (line.starts_with('[')) of_gate = line.starts_with("[gate.");
-    const bool of_page = line.starts_with("name = ") || line.starts_with("description = ");  // stands there
-    if (!of_gate && !of_page) lines.push_back(line);
+    if (line.starts_with('[')) {
+      of_gate = line.starts_with("[gate.");
+      of_experiment = line == "[experiment]";
+    }
+    // Stands at the head of the page.
+    const bool of_page = of_experiment && (line.starts_with("name = ") || line.starts_with("description = "));
+    if (of_gate || of_page) continue;
+    const bool empty_table = line.empty() && !lines.empty() && lines.back().get<std::string>().starts_with('[');
+    if (empty_table) lines.erase(lines.size() - 1);
+    if (!empty_table) lines.push_back(line);
   }
   overlay["experiment_lines"] = lines;
 }

@@ -135,15 +135,15 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
 namespace {
 
 /// Of the file that is named, or of the one in this folder; none where neither is.
-std::optional<Citation> citation_in(const std::string& file, const char* what, VerbContext& context) {
+std::optional<Citation> citation_in(const std::string& file) {
   constexpr const char* beside = "CITATION.cff";
   std::error_code none;
   if (!file.empty()) return read_citation(file);
   if (std::filesystem::is_regular_file(beside, none)) return read_citation(beside);
-  context.err << fmt::format("there is no CITATION.cff here, so that {} names no authors and no licence (--citation)\n",
-                             what);
   return {};
 }
+
+constexpr const char* no_citation = "; it names no authors and no licence, since no CITATION.cff is here (--citation)";
 
 struct PackVerbOptions {
   std::string folder, citation, sources;
@@ -157,9 +157,9 @@ ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
   PackOptions options;
   options.with_ensembles = given.with_ensembles;
   options.sources = given.sources;
-  options.citation = citation_in(given.citation, "the archive", context);
+  options.citation = citation_in(given.citation);
   const std::size_t files = pack_run(given.folder, given.archive.path, options);
-  context.wrote(given.archive.path, fmt::format(" with {} files", files));
+  context.wrote(given.archive.path, fmt::format(" with {} files{}", files, options.citation ? "" : no_citation));
   return ExitCode::done;
 }
 
@@ -194,8 +194,10 @@ void add_article_verb(CLI::App& app, VerbContext& context) {
                    "CITATION.cff whose authors the article is to name (default: the one in this folder)");
   verb->callback([options, &context] {
     context.action = [options, &context] {
-      write_article(options->folder, options->target, citation_in(options->citation, "the article", context));
-      context.wrote(options->target, ", where pdflatex article.tex sets the article");
+      const std::optional<Citation> citation = citation_in(options->citation);
+      write_article(options->folder, options->target, citation);
+      context.wrote(options->target,
+                    fmt::format(", where pdflatex article.tex sets the article{}", citation ? "" : no_citation));
       return ExitCode::done;
     };
   });

@@ -68,7 +68,8 @@ class Derivation {
         std::ranges::count_if(values, [first = usual_fit.scaling_window[0], last = usual_fit.scaling_window[1]](
                                           double one) { return first <= one && one <= last; });
     constexpr int fewest = 3;  // an exponent with a test of it
-    if (open("fit.scaling_window") && inside < fewest && std::ssize(values) >= fewest) {
+    const bool of_other_scan = !of_friction() && values.size() > 1;
+    if (open("fit.scaling_window") && (of_other_scan || (inside < fewest && std::ssize(values) >= fewest))) {
       fit_.scaling_window = {values.front(), values.back()};
     }
   }

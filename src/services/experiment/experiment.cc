@@ -211,7 +211,12 @@ Problem find_rejection_problem(const Experiment& e) {
 }
 
 Problem find_sampling_problem(const Experiment& e) {
-  if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
+  SamplerSpec sampler = e.sampling;
+  if (!e.mu.empty()) sampler.mu = e.mu.front();
+  if (auto found = in_table("sampling", find_problem(sampler))) return found;
+  if (!e.sampling.model.is_beads() && e.sampling.law != SamplerSpec{}.law) {
+    return problem("sampling.law", "the model {} has a law of its own; leave this out", name_of(e.sampling.model.name));
+  }
   if (!e.sampling.model.has_contacts()) return {};
   if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
   if (!e.force_chains.show) return {};

@@ -129,6 +129,7 @@ std::string odd_sign_in(std::string_view line) {
 
 /// What a text that is no TOML may be: in another encoding, or with signs of other places in its line (from 1 on).
 std::string likely_reason(std::string_view text, std::size_t line) {
+  if (text.starts_with("\x89HDF")) return "this is an HDF5 file, of a pile or an ensemble, and no experiment";
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.find('\0') != std::string_view::npos)
     return "the file seems to be in UTF-16; save it as UTF-8";
   std::string unix_ends(text);
@@ -177,6 +178,9 @@ class Reader {
   /// `title`: what the report is called where the file does not say.
   Experiment checked(const std::string& title) {
     if (experiment_.scan.parameter == friction_parameter().name && !experiment_.scan.values.empty()) {
+      if (const auto mu = positions_.find("friction.mu"); mu != positions_.end()) {
+        add_problem(mu->second, "friction.mu: scan.values gives friction coefficients, too; leave one of the two out");
+      }
       experiment_.mu = std::exchange(experiment_.scan, {}).values;  // what [friction] is the short form of
       positions_.try_emplace("friction.mu", positions_.at("scan.values"));
     }
@@ -283,8 +287,10 @@ class Reader {
         read_verdict(std::string(name.str()), node, position);
       } else if (tables_.count(child) != 0) {
         if (!node.is_table()) {
-          add_problem(at(position), fmt::format("{} must be a table but is {}; write [{}] on a line of its own", child,
-                                                describe(node), child));
+          const bool of_picture = child == pictures_table || path == pictures_table;
+          add_problem(at(position),
+                      fmt::format("{} must be a table but is {}; write [{}] on a line of its own", child,
+                                  describe(node), of_picture ? fmt::format("{}.NAME", pictures_table) : child));
           continue;
         }
         read_table(*node.as_table(), child);

@@ -47,7 +47,8 @@ std::vector<Key> keys_of_scan(Experiment& e) {
 
       make_key(
           "scan", "parameter", "",
-          "what differs from main ensemble to main ensemble: mu or lambda (law polytope) of the beads, disorder of "
+          "what differs from main ensemble to main ensemble: mu, bead_weight or lambda (law polytope) of the beads, "
+          "disorder of "
           "the q-model or of stochastic OSL, middle, noise or share of the three-leg model, opened_share of diluted "
           "beads; empty: the first of these that the piles depend on",
           e.scan.parameter),

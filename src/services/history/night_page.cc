@@ -28,9 +28,26 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t nights_in_trends = 365, nights_in_table = 100;
-constexpr double width = 720, height = 120, margin = 6;  // of a trend, in its own units
+constexpr double width = 720, height = 120, margin = 9;  // of a trend, in its own units
 
 std::string day_of(const Night& night) { return night.date.substr(0, night.date.find('T')); }
+
+std::string named(const Night& night) { return fmt::format("night {}, {}", night.number, day_of(night)); }
+
+/// "c at μ = 0.3" for c at mu = 0.3.
+std::string in_symbols(std::string name) {
+  const std::size_t at = name.find(" mu = ");
+  return at == std::string::npos ? name : name.replace(at, 6, " μ = ");
+}
+
+/// The program of a night as its environment has it; empty if it does not.
+std::string program_of(const Night& night) {
+  const auto program = night.environment.find("program"), commit = night.environment.find("git_commit");
+  std::string words = program == night.environment.end() ? "" : program->second;
+  if (commit != night.environment.end())
+    words += (words.empty() ? "commit " : ", commit ") + commit->second.substr(0, 10);
+  return words;
+}
 
 bool was_told(const Alarm& alarm) { return alarm.state == "open" || alarm.state == "passed"; }
 
@@ -72,7 +89,7 @@ struct Trend {
   std::vector<double> value, error;
 
   std::string text(std::size_t i) const {
-    return error[i] > 0 ? value_with_error(value[i], error[i]) : significant(value[i], 5);
+    return error[i] > 0 ? value_with_error(value[i], error[i]) : significant(value[i], 3);
   }
 };
 
@@ -110,17 +127,16 @@ Json drawn(const Trend& trend, const std::vector<Night>& nights, const Json& mar
     lower.insert(0, point(trend.value[i] - trend.error[i]));
     points.push_back({{"x", fmt::format("{:.1f}", x)},
                       {"y", fmt::format("{:.1f}", scale.place(trend.value[i]))},
-                      {"text", fmt::format("{}, night {}, {} samples: {}", day_of(nights[i]), nights[i].number,
-                                           nights[i].samples, trend.text(i))}});
+                      {"text", fmt::format("{}, {} samples: {}", named(nights[i]), nights[i].samples, trend.text(i))}});
   }
-  return {{"name", trend.name},
+  return {{"name", in_symbols(trend.name)},
           {"points", points},
           {"radius", nights.size() > 60 ? "3" : "6"},
           {"last", trend.last},
           {"line", line},
           {"band", upper + lower},
-          {"low", significant(scale.low, 5)},
-          {"high", significant(scale.high, 5)},
+          {"low", significant(scale.low, 3)},
+          {"high", significant(scale.high, 3)},
           {"marks", marks}};
 }
 
@@ -299,8 +315,9 @@ void write_pages(const fs::path& folder, const NightBook& book) {
                         {"has_changes", !marks.empty()},
                         {"nights", rows},
                         {"count", std::to_string(book.count())},
-                        {"first", day_of(nights.front())},
-                        {"to", day_of(last)},
+                        {"first", named(nights.front())},
+                        {"to", named(last)},
+                        {"program", program_of(last)},
                         {"last", row_of(last, nights.size() > 1 ? &nights[nights.size() - 2] : nullptr, kept)},
                         {"has_alarms", alarms(last)},
                         {"has_latest", latest != nights.rend()}};

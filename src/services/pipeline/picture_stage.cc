@@ -324,7 +324,8 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
   set_captions(figure, {"pictures/response_field.captions",
                         {{"mu", caption_number(transport.scanned())},
                          {"samples", std::to_string(transport.samples)},
-                         {"estimator", name_of(transport.spec.response.estimator)}},
+                         {"estimator", name_of(transport.spec.response.estimator)},
+                         {"fitted", transport.c.known() && transport.D.known() ? "yes" : ""}},
                         terms_of(*transport.scan, transport.spec.lattice.angle)});
   if (figure.is_there())
     outcome.environment = {{"OpenGL", statistics.renderer},

@@ -98,8 +98,10 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) add(plan_ensemble(one, options.folder));
   }
   if (needed.contains(Stage::analyse)) {
-    steps.push_back(
-        {Stage::analyse, fmt::format("fits of {} main ensembles", experiment.scan_values().size()), false, 0});
+    steps.push_back({Stage::analyse,
+                     fmt::format("fits of {} main ensemble{}", experiment.scan_values().size(),
+                                 experiment.scan_values().size() == 1 ? "" : "s"),
+                     false, 0});
     steps.back().parallel_seconds = fits;
     for (const auto& study : experiment.studies) steps.back().serial_seconds += study->seconds();
   }

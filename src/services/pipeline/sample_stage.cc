@@ -84,9 +84,12 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
       break;
     }
     const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
-    log_line(options_.progress, "{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
-             planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
-             samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples));
+    log_line(options_.progress, "{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} {}{}", planned.label,
+             significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2), samples,
+             significant(look.samples_needed, 2), stop,
+             static_cast<double>(stop) < look.samples_needed ? "are as many as precision.most_samples allows"
+                                                             : "with whole steps",
+             time_for(planned.spec, stop - samples));
     if (options_.crew != nullptr) {
       draw_by_crew({planned});
       look_for(planned, options_.folder);
@@ -110,7 +113,7 @@ void SampleStage::tell_reuse() {
 }
 
 void SampleStage::tell_rounding(const SamplerCounts& counts) {
-  if (counts.beads == 0) return;
+  if (counts.beads == 0 || !experiment_.sampling.model.has_contacts()) return;
   const std::string beads = significant(static_cast<double>(counts.beads), 3);
   data_.checks.push_back(
       counts.rounded == 0
