@@ -219,9 +219,9 @@ TEST_CASE("The Python examples read an ensemble and a pile") {
   std::istringstream rows(text_of(folder / "r.csv"));
   std::string head;
   std::getline(rows, head);
-  CHECK(head == "x,response");
+  CHECK(head == "x,P");
   std::getline(rows, head);
-  CHECK(head == "#bead diameters,per unit of the overload");
+  CHECK(head == "#bead diameters,1/bead diameter");
   double sum = 0;
   for (std::string row; std::getline(rows, row);) {
     const double x = std::atof(row.c_str()), value = std::atof(row.c_str() + row.find(',') + 1);
@@ -375,7 +375,7 @@ TEST_CASE("A run takes page, style sheets and tables from a folder of templates,
   CHECK_THAT(ours, Contains("body { color: #123456 }") && Contains("Our own last words") && Contains("Ours "));
   CHECK_THAT(text_of(folder / "out/summary.md"), Contains("Our own summary"));
   const std::string french = run({"--templates", GRANUSCOPE_SOURCE_DIR "/templates/fr"});
-  CHECK_THAT(french, Contains("Réponse moyenne à") && !Contains("Our own"));
+  CHECK_THAT(french, Contains("Réponse moyenne et profondeur") && !Contains("Our own"));
   CHECK_THAT(text_of(folder / "out/figures/response-profiles.svg"), Contains("diamètres de bille"));
   const std::string built_in = run({});
   CHECK_THAT(built_in, !Contains("#123456") && !Contains("Our own") && !Contains("Ours "));

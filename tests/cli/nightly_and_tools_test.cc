@@ -85,7 +85,7 @@ TEST_CASE("A night says nothing while all is well, alarms with 1, and is told by
   CHECK(night({"--grow", "0"}).exit_code == 2);
   const CommandResult run = granuscope_command({"run", config, "--out", folder});
   CHECK(run.code == 2);
-  CHECK_THAT(run.err, Contains("folder of a history"));
+  CHECK_THAT(run.err, Contains("belongs to a history"));
 }
 
 TEST_CASE("A night without gnuplot has its numbers, and ends with 3") {
@@ -360,6 +360,11 @@ TEST_CASE("An article has title, numbers and figures of its run, and LaTeX sets 
     return granuscope_command(
         {"article", out.string(), "-o", target.string(), "--citation", (scratch / "CITATION.cff").string()});
   };
+  {
+    const test::FileSizeLimit full(10'000);
+    CHECK(article().code == 3);
+  }
+  CHECK_FALSE(fs::exists(target));  // whole or not at all
   const CommandResult written = article();
   INFO(written.err);
   REQUIRE(written.code == 0);
@@ -417,6 +422,17 @@ TEST_CASE("A run that came to no report is not packed, and without CITATION.cff 
   PackOptions nobody;
   CHECK(pack_run(out, archive, nobody) > 5);
   CHECK_THAT(told_by(archive), Contains("Results of the experiment small | #licence | []"));
+  const fs::path bare = scratch / "bare";
+  std::vector<std::string> without_figures{"run", (scratch / "small.toml").string(), "--out", bare.string(), "--quiet"};
+  for (const char* one : {"figures.bead_forces", "figures.response_profiles", "figures.transport_with_depth",
+                          "figures.propagation_against_diffusion", "figures.propagation_and_thrust",
+                          "figures.scaling_with_friction", "scenes.force_chains", "scenes.response_field"}) {
+    without_figures.insert(without_figures.end(), {"--set", std::string(one) + ".show=false"});
+  }
+  REQUIRE(granuscope_command(without_figures).code == 0);
+  CHECK_FALSE(fs::exists(bare / "figures"));
+  CHECK(granuscope_command({"figure", bare.string()}).code == 0);
+  CHECK(pack_run(bare, scratch / "bare.zip", nobody) > 3);
   REQUIRE(granuscope_command({"run", (scratch / "small.toml").string(), "--out", out.string(), "--quiet", "--only",
                               "sample", "--set", "sampling.seed=9"})
               .code == 0);

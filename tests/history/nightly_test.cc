@@ -370,6 +370,7 @@ TEST_CASE("A history begins in an empty folder, and what it has lost is not begu
   fs::rename(history / "history.sqlite", history / "database");
   for (const char* more : {"history.sqlite-wal", "history.sqlite-shm"}) fs::remove(history / more);
   CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
+  CHECK_THAT(read_file(history / "badge.json"), Contains("not run on") && Contains("critical"));
   CHECK_THROWS_WITH(require_no_lost_history(history.path()), Contains("history.sqlite is missing or empty"));
   write_file(history / "history.sqlite", "");
   CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
@@ -390,6 +391,18 @@ TEST_CASE("A history begins in an empty folder, and what it has lost is not begu
   accept_night(history.path(), 2);
   CHECK(told(run_night(experiment(), options)).empty());
   CHECK(fs::exists(history / "canary/reference"));
+
+  // However long ago the nights are, or if they are forgotten.
+  fs::remove_all(history / "canary/reference");
+  for (std::int64_t night = 1; night <= 3; ++night) forget_night(history.path(), night);
+  for (const char* page : {"index.html", "badge.json", "alert.md"}) CHECK_FALSE(fs::exists(history / page));
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"lost"});
+  accept_night(history.path(), 4);
+  write_file(history / "badge.json", "of before");  // of one who was stopped in between
+  CHECK_THROWS_WITH(accept_night(history.path(), 4), Contains("nothing to accept"));
+  CHECK_THAT(read_file(history / "badge.json"), Contains("granuscope nightly"));
+  NightBook(history.path()).keep({{"samples", "abc"}});
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("does not say how many samples the pool has"));
 }
 
 TEST_CASE("A database from elsewhere moves no folder but a canary that the history has kept") {
@@ -407,7 +420,7 @@ TEST_CASE("A database from elsewhere moves no folder but a canary that the histo
 
 TEST_CASE("A history is read where nothing can be written, and by who may not write it") {
   const TemporaryFolder folder;
-  const fs::path history = folder / "nights?of#100%";
+  const fs::path history = "/" + (folder / "nights?of#100%").string();  // "//…" is a path, too
   fs::create_directories(history);
   Night night;
   night.date = "2026-01-01T02:00:00Z";

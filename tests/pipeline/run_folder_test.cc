@@ -74,6 +74,16 @@ TEST_CASE("what no run has left is not replaced") {
   CHECK_THROWS_WITH(require_own_results(folder.path(), ""), Contains(file) && Contains("no run of granuscope left"));
 }
 
+TEST_CASE("a history and what is in it are no folders of runs") {
+  const test::TemporaryFolder folder;
+  write_file(folder / "history.sqlite", "");
+  for (const char* of : {"", "pool", "pool/", "canary", "canary/reference", "reports/2026-01-01", "before"}) {
+    INFO(of);
+    CHECK_THROWS_WITH(require_no_history(folder / of), Contains("belongs to a history"));
+  }
+  CHECK_NOTHROW(require_no_history(folder / "runs"));
+}
+
 TEST_CASE("what the user keeps beside the results of a run is no reason to refuse it") {
   const TemporaryFolder folder;
   write_file(folder / "notes.md", "mine");

@@ -465,6 +465,8 @@ TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else d
   write_file(folder / "figures/notes.txt", "somebody's own");
   const std::string chains = read_file(folder / "figures/force-chains.png");
   small.figures.response_profiles = false;
+  const fs::perms own = fs::perms::owner_read | fs::perms::owner_write;
+  for (const char* file : {"report.html", "summary.json"}) fs::permissions(folder / file, own);
   run_experiment(small, quiet(folder.path(), {Stage::sample}));  // has no figures of its own
   CHECK(fs::exists(folder / "figures/response-profiles.svg"));
   run_experiment(small, quiet(folder.path()));
@@ -474,6 +476,8 @@ TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else d
   CHECK(fs::exists(folder / "figures/notes.txt"));
   CHECK((read_file(folder / "figures/force-chains.png") == chains));
   CHECK(fs::exists(folder / "ensembles/mu-0.3.h5"));
+  // Who has closed a report to others has closed the next one, too.
+  for (const char* file : {"report.html", "summary.json"}) CHECK(fs::status(folder / file).permissions() == own);
 }
 
 TEST_CASE("What is all there is planned as nothing") {

@@ -114,7 +114,6 @@ TEST_CASE("Where a profile is missing the nearest one is plotted and the caption
   CHECK(contains(figure.details, "the nearest measured value to μ = 0.33"));
   CHECK(contains(figure.details, "Layer 112 was not measured; the nearest one, 110, stands for it"));
   CHECK_FALSE(contains(figure.details, "opposite order"));
-  CHECK(contains(figure.title, "one depth"));
 }
 
 TEST_CASE("A profile without a fit is plotted without one") {

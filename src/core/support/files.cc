@@ -98,20 +98,23 @@ AtomicFile::~AtomicFile() {
   if (!committed_) ::unlink(temporary_.c_str());
 }
 
-void AtomicFile::commit() {
-  rename_whole(temporary_, target_);
+void AtomicFile::commit(const fs::path& like) {
+  rename_whole(temporary_, target_, like);
   committed_ = true;
 }
 
-void rename_whole(const fs::path& whole, const fs::path& target) {
+void rename_whole(const fs::path& whole, const fs::path& target, const fs::path& like) {
   FileDescriptor file(::open(whole.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) fail(target, errno);
   sync_checked(file, target);
   close_checked(file, target);
   // Who has closed a file to others keeps it so.
   constexpr mode_t permissions = 0777;
-  if (struct stat before = {}; ::lstat(target.c_str(), &before) == 0 && S_ISREG(before.st_mode)) {
-    (void)::chmod(whole.c_str(), before.st_mode & permissions);
+  for (const fs::path& before : {target, like}) {
+    struct stat status = {};
+    if (::lstat(before.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
+    (void)::chmod(whole.c_str(), status.st_mode & permissions);
+    break;
   }
 
   if (::rename(whole.c_str(), target.c_str()) != 0) fail(target, errno);
@@ -148,16 +151,16 @@ void StreamedFile::put(std::uint64_t at, std::string_view bytes) {
   }
 }
 
-void StreamedFile::commit() {
+void StreamedFile::commit(const fs::path& like) {
   sync_checked(file_, target_);
   close_checked(file_, target_);
-  output_.commit();
+  output_.commit(like);
 }
 
-void write_file(const fs::path& target, std::string_view bytes) {
+void write_file(const fs::path& target, std::string_view bytes, const fs::path& like) {
   StreamedFile output(target);
   output.append(bytes);
-  output.commit();
+  output.commit(like);
 }
 
 void require_room(const fs::path& folder) {

@@ -55,8 +55,8 @@ class AtomicFile {
 
   /// Where to write (any library may open it by name). Same folder as the target, so that the rename is atomic.
   const std::filesystem::path& temporary_path() const { return temporary_; }
-  /// Flushes the temporary file to disk and renames it onto the target.
-  void commit();
+  /// Flushes the temporary file to disk and renames it onto the target (rename_whole).
+  void commit(const std::filesystem::path& like = {});
 
  private:
   std::filesystem::path target_;
@@ -65,8 +65,9 @@ class AtomicFile {
 };
 
 /// Flushes a file that is whole to disk and renames it onto the target, which is in the same file system, and whose
-/// permissions it takes over.
-void rename_whole(const std::filesystem::path& whole, const std::filesystem::path& target);
+/// permissions it takes over, or else those of `like`.
+void rename_whole(const std::filesystem::path& whole, const std::filesystem::path& target,
+                  const std::filesystem::path& like = {});
 
 /// Such a file, filled piece by piece in any order, so that no file need fit in memory.
 class StreamedFile {
@@ -77,7 +78,7 @@ class StreamedFile {
   /// At a place, which append() does not look at.
   void put(std::uint64_t at, std::string_view bytes);
   /// The last call.
-  void commit();
+  void commit(const std::filesystem::path& like = {});
 
  private:
   std::filesystem::path target_;
@@ -89,8 +90,9 @@ class StreamedFile {
 /// RFC 4648, with padding.
 std::string base64(std::string_view bytes);
 
-/// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
-void write_file(const std::filesystem::path& target, std::string_view bytes);
+/// Writes `bytes` to `target` atomically, with the permissions that it has or, where it is new, those of `like` if that
+/// is a file. Throws EnvironmentError (disk full, no permission, no such folder).
+void write_file(const std::filesystem::path& target, std::string_view bytes, const std::filesystem::path& like = {});
 
 /// Throws as write_file does where a folder, whose files another program has failed to write, cannot hold one more of
 /// 64 kB: its disk is full.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "plot/gnuplot.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
 #include "report/run_files.h"
@@ -91,20 +92,31 @@ void write_article(const std::filesystem::path& run_folder, const std::filesyste
     throw InputError("{}: summary.json or manifest.json is damaged ({}); run the experiment again", run_folder.string(),
                      damage.what());
   }
-  make_folder(target / "figures");
+  // Whole or not at all: made beside the place where it is to be, and moved there.
+  const std::filesystem::path whole = std::filesystem::absolute(target, none).lexically_normal();
+  const std::filesystem::path named = whole.has_filename() ? whole : whole.parent_path();
+  const ScratchFolder scratch(named.parent_path(), named.filename().string());
+  const std::filesystem::path article = scratch.path() / "article";
+  make_folder(article / "figures");
   for (const Json& figure : overlay.at("figures")) {
     const auto file = std::filesystem::path("figures") / figure.at("file").get<std::string>();
-    write_file(target / file, read_file(run_folder / file));
+    write_file(article / file, read_file(run_folder / file));
   }
   for (const char* name : {"content.tex", "title.tex", "metadata.yaml"}) {
     const Markup markup = std::string_view(name).ends_with(".tex") ? Markup::tex : Markup::plain;
-    write_file(target / name,
+    write_file(article / name,
                fill_template_file(fmt::format("article/{}.mustache", name), PageScope(summary, overlay, markup)));
   }
   for (const char* name : {"article.tex", "bibliography.bib"}) {
-    write_file(target / name, template_file(std::string("article/") + name));
+    write_file(article / name, template_file(std::string("article/") + name));
   }
-  write_file(target / "numbers.tex", numbers);
+  write_file(article / "numbers.tex", numbers);
+  std::error_code error;
+  std::filesystem::rename(article, named, error);
+  if (error) {
+    throw EnvironmentError("the article cannot be moved to '{}': {}; check the permissions", target.string(),
+                           error.message());
+  }
 }
 
 }  // namespace granuscope

@@ -240,7 +240,8 @@ std::vector<NamedNumber> chosen(const std::vector<NamedNumber>& all, const Numbe
     std::vector<NamedNumber> found = some_of([&](const NamedNumber& one) { return listed(one) && has(one); });
     if (found.empty()) found = some_of(has);
     if (found.empty()) {
-      throw InputError(fmt::format("no number has the name {}; numbers --all --format csv lists all names", part));
+      throw InputError(
+          fmt::format("no number has the name {}; `granuscope numbers OUT --all --format csv` lists all names", part));
     }
     for (const NamedNumber& one : found) names.insert(one.name);
   }

@@ -58,12 +58,16 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   const std::string summary = summary_json(data);
   const nlohmann::ordered_json numbers = nlohmann::ordered_json::parse(summary);
   files.summary = run_folder / "summary.json";
+  // Who has closed an earlier report to others has closed the next one, too.
+  const auto write = [&](const std::filesystem::path& file, const std::string& bytes) {
+    write_file(file, bytes, set_aside(run_folder, file.filename().c_str()));
+  };
   forget_report_of_others(run_folder, summary);
-  write_file(files.summary, summary);
+  write(files.summary, summary);
   files.claims = run_folder / "claims.xml";
-  write_file(files.claims, junit_claims(data.analysis.claims, data.experiment_name));
+  write(files.claims, junit_claims(data.analysis.claims, data.experiment_name));
   files.markdown = run_folder / "summary.md";
-  write_file(files.markdown, markdown_summary(data, numbers));
+  write(files.markdown, markdown_summary(data, numbers));
 
   // The PDF comes before the page, which says so if there is none.
   ReportData told = data;
@@ -79,10 +83,10 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   }
   if (!files.pdf_skipped.empty()) told.skipped.push_back(files.pdf_skipped);
   files.html = run_folder / "report.html";
-  write_file(files.html, html_report(told, numbers, run_folder));
+  write(files.html, html_report(told, numbers, run_folder));
   if (!outcome.bytes.empty()) {
     files.pdf = run_folder / "report.pdf";
-    write_file(*files.pdf, outcome.bytes);
+    write(*files.pdf, outcome.bytes);
   }
   for (const char* name : report_names) {
     std::error_code not_there;

@@ -157,6 +157,16 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
                      chosen.empty() ? "" : " " + chosen.front()->get_name());
 }
 
+/// A list of nothing: CLI11 would take the next flag for its value.
+void require_lists(int argc, const char* const* argv) {
+  for (int i = 2; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (!word.empty() && word.find_first_not_of(',') == std::string_view::npos) {
+      throw InputError("\"{}\" behind {} is a list of nothing; give it values or leave it out", word, argv[i - 1]);
+    }
+  }
+}
+
 /// A shell variable that was never set leaves an empty word, which would quietly stand for the flag's default.
 void require_values(const CLI::App& verb) {
   for (const CLI::Option* option : verb.get_options()) {
@@ -227,6 +237,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   }
   if (argv[1][0] != '-') (void)verb_named(app, argv[1]);  // CLI11 would only say that a verb is missing
   try {
+    require_lists(argc, argv);
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help, --version

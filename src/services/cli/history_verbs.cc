@@ -94,6 +94,13 @@ struct HistoryVerbOptions {
 
 ExitCode history(const HistoryVerbOptions& given, VerbContext& context) {
   const bool of_one = given.action == "show" || given.action == "forget" || given.action == "accept";
+  if (!of_one && given.night != 0) {
+    throw InputError("{} takes no night, and {} is one; leave it out, or say show {}", given.action, given.night,
+                     given.night);
+  }
+  if (given.json && given.action == "export") {
+    throw InputError("--json is of list and show; export has --format, which is json unless given");
+  }
   if (of_one && given.night < 1) {
     throw InputError(given.action + " needs the number of a night; `granuscope history DIR list` shows them");
   }

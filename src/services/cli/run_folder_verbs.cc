@@ -12,6 +12,7 @@
 #include "cli/verbs.h"
 #include "history/comparison.h"
 #include "model/audit.h"
+#include "pipeline/run_folder.h"
 #include "pipeline/shards.h"
 #include "report/article.h"
 #include "report/citation.h"
@@ -74,6 +75,7 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
   verb->callback([options, &context] {
     context.action = [options, &context] {
       const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
+      require_no_history(out);
       merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
       context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n",
                                  single_line(out.string()), shell_word((out / "experiment.toml").string()),

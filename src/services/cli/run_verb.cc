@@ -108,16 +108,6 @@ ExitCode tell_plan(const Experiment& experiment, const RunOptions& options, cons
   return ExitCode::done;
 }
 
-/// The histories of nights have files of the same names.
-void require_no_history(const std::filesystem::path& folder) {
-  std::error_code none;
-  if (!std::filesystem::exists(folder / "history.sqlite", none)) return;
-  throw InputError(
-      "{}: this is the folder of a history (granuscope nightly), and a run's files would be mixed with it; choose "
-      "another --out",
-      folder.string());
-}
-
 std::string environment_variable(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;

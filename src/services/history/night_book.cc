@@ -263,7 +263,13 @@ int Database::open_to_read(sqlite3** handle) const {
   }
   const bool at_work = std::filesystem::exists(index, none) && std::filesystem::file_size(log, none) > 0 && !none;
   if (at_work) return sqlite3_open_v2(file_.c_str(), handle, SQLITE_OPEN_READONLY, nullptr);
-  std::string uri = "file:";
+  if (std::filesystem::file_size(log, none) > 0 && !none) {
+    throw EnvironmentError(
+        "{}: its last nights stand in {} beside it, which cannot be read where nothing may be written; copy both to a "
+        "folder of yours",
+        file_.string(), std::filesystem::path(log).filename().string());
+  }
+  std::string uri = "file://";
   for (const char c : std::filesystem::absolute(file_).string()) {
     uri += c == '?' || c == '#' || c == '%' ? fmt::format("%{:02X}", static_cast<unsigned>(c)) : std::string(1, c);
   }
@@ -349,9 +355,8 @@ void Database::fail(int code) const {
   const int kind = code & 0xff;  // without what an extended code adds
   if (kind == SQLITE_INTERRUPT) throw_if_interrupted();
   if (kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT || kind == SQLITE_ERROR) {
-    throw InputError(
-        "{}: this is no history, or it is damaged ({}); take it from a backup, or move it away to begin a new one",
-        file_.string(), said);
+    throw InputError("{}: this is no history, or it is damaged ({}); take it from a backup, or begin another --history",
+                     file_.string(), said);
   }
   if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED) {
     throw BusyError("{}: another program has the history locked{}; wait for its end, and run again", file_.string(),

@@ -19,6 +19,7 @@
 #include "support/files.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
+#include "support/provenance.h"
 #include "support/templates.h"
 
 namespace granuscope {
@@ -296,7 +297,11 @@ std::string describe(const Night& night) {
 
 void write_pages(const fs::path& folder, const NightBook& book) {
   const std::vector<Night> nights = book.last(nights_in_trends);
-  if (nights.empty()) return;
+  if (nights.empty()) {
+    std::error_code none;
+    for (const char* page : {"index.html", "badge.json", "alert.md"}) fs::remove(folder / page, none);
+    return;
+  }
   const Json marks = marks_of(nights);
   std::set<std::string> kept = reports_in(folder);
   std::erase_if(kept, [&](const std::string& name) { return !fs::exists(folder / "reports" / name / "report.html"); });
@@ -333,6 +338,17 @@ void write_pages(const fs::path& folder, const NightBook& book) {
     std::error_code none;
     fs::remove(folder / "alert.md", none);
   }
+}
+
+void tell_not_run(const fs::path& folder) {
+  const fs::path file = folder / "badge.json";
+  std::error_code none;
+  if (!fs::is_regular_file(file, none)) return;
+  const Json json = {{"schemaVersion", 1},
+                     {"label", "granuscope nightly"},
+                     {"message", fmt::format("not run on {}", current_time().substr(0, 10))},
+                     {"color", "critical"}};
+  write_file(file, json.dump(2) + "\n");
 }
 
 void prune_reports(const fs::path& folder, const NightBook& book, std::size_t keep) {

@@ -11,6 +11,9 @@ namespace granuscope {
 void write_pages(const std::filesystem::path& folder, const NightBook& book);
 
 /// Removes reports older than the last `keep` ones, and what a killed night left.
+/// The badge of a history that could not be used tonight is not green. Nothing where there is none.
+void tell_not_run(const std::filesystem::path& folder);
+
 void prune_reports(const std::filesystem::path& folder, const NightBook& book, std::size_t keep);
 
 /// "3 2026-01-31 fine, 8192 samples" and its alarms, for a list.

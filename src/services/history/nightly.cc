@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <limits>
 #include <stdexcept>
@@ -169,9 +170,10 @@ class NightRun {
     night_.experiment = print_experiment(experiment);
     constexpr std::size_t looked_back = 30;
     before_ = book_.last(looked_back);
-    std::erase_if(before_, [](const Night& one) { return one.numbers.empty(); });  // it told nothing of the pool
-    const std::string samples = book_.state("samples");
-    night_.samples = samples.empty() ? 0 : std::stoull(samples);
+    const auto tells_nothing = [](const Night& one) { return one.numbers.empty(); };  // of the pool
+    if (std::ranges::all_of(before_, tells_nothing)) before_ = book_.last(0);
+    std::erase_if(before_, tells_nothing);
+    night_.samples = samples_there();
     const std::uint64_t room = most_samples - std::min(most_samples, night_.samples);
     if (options.grow > room || samples_of_night(experiment, options.grow) > room) {
       throw InputError(
@@ -241,6 +243,19 @@ class NightRun {
     if (book_.state(begun).empty()) book_.keep({{begun, "yes"}});
   }
 
+  /// 0 before the first night.
+  std::uint64_t samples_there() const {
+    const std::string text = book_.state("samples");
+    std::uint64_t samples = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
+    const bool begun_only = text.empty() && book_.count() == 0;
+    if (begun_only || (error == std::errc() && end == text.data() + text.size())) return samples;
+    throw InputError(
+        "{}: history.sqlite does not say how many samples the pool has, and is damaged; take it from a backup, or "
+        "begin another --history",
+        options_.folder.string());
+  }
+
   /// A run that breaks what always holds ends by logic_error, and one that cannot use what earlier nights left by
   /// InputError: those are alarms, not ends of the night.
   template <class Work>
@@ -263,7 +278,7 @@ class NightRun {
     const fs::path reference = canary_folder() / "reference";
     if (book_.state("samples").empty()) remove_run(reference);  // of a first night that was killed, and never told
     if (!fs::exists(reference)) {
-      if (!before_.empty() && book_.state(made_reference) == "yes") {
+      if (!book_.state("samples").empty() && book_.state(made_reference) == "yes") {
         alarm(lost_canary, fmt::format("'{}' is missing, which the same samples are held against each night; put it "
                                        "back, or accept this night to take the next one's",
                                        reference.string()));
@@ -448,7 +463,12 @@ std::uint64_t samples_of_night(const Experiment& experiment, std::uint64_t grow)
 }
 
 Night run_night(const Experiment& experiment, const NightlyOptions& options) {
-  return NightRun(experiment, options).go();
+  try {
+    return NightRun(experiment, options).go();
+  } catch (const InputError&) {
+    tell_not_run(options.folder);
+    throw;
+  }
 }
 
 void accept_night(const fs::path& folder, std::int64_t number) {
@@ -461,6 +481,7 @@ void accept_night(const fs::path& folder, std::int64_t number) {
                                [&](const Alarm& one) { return one.kind == kind && one.state != "accepted"; });
   };
   if (std::ranges::all_of(night.alarms, [](const Alarm& one) { return one.state == "accepted"; })) {
+    write_pages(folder, book);  // of one who accepted it and was stopped
     throw InputError("night {} has no alarm that is not accepted yet, so that there is nothing to accept", number);
   }
   std::map<std::string, std::string> state;
@@ -493,6 +514,8 @@ void accept_night(const fs::path& folder, std::int64_t number) {
 void forget_night(const fs::path& folder, std::int64_t number) {
   const RunFolder lock(folder);
   NightBook book(folder, DatabaseUse::change);
+  const auto others = book.last(0);
+  if (std::ranges::none_of(others, [&](const Night& one) { return one.number == number; })) write_pages(folder, book);
   book.forget(number);
   write_pages(folder, book);
 }

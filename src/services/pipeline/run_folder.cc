@@ -111,6 +111,21 @@ RunFolder::RunFolder(std::filesystem::path folder, FolderUse use) : path_(std::m
   for (const char* part : {"", "ensembles", "piles", "figures"}) leftovers_removed_ += remove_leftovers(path_ / part);
 }
 
+void require_no_history(const fs::path& folder) {
+  std::error_code none;
+  const fs::path whole = fs::absolute(folder, none).lexically_normal();
+  const fs::path named = whole.has_filename() ? whole : whole.parent_path();
+  const bool part = among(history_entries, named.filename()) || named.parent_path().filename() == "reports" ||
+                    named.parent_path().filename() == "canary";
+  for (const fs::path& of : {named, named.parent_path(), named.parent_path().parent_path()}) {
+    if (!fs::exists(of / "history.sqlite", none) || (of != named && !part)) continue;
+    throw InputError(
+        "{}: this folder belongs to a history (granuscope nightly), and a run's files would be mixed with it; choose "
+        "another --out",
+        folder.string());
+  }
+}
+
 void require_own_results(const fs::path& folder, const std::string& resolved) {
   const std::optional<std::string> key = experiment_key_of_run(folder);
   std::error_code none;
@@ -130,8 +145,8 @@ void require_own_results(const fs::path& folder, const std::string& resolved) {
   }
   if (foreign.empty()) return;
   throw InputError(
-      "{}: no run of granuscope left {} there, and the results would take {} place; choose another --out, move {} "
-      "away, or run with --force",
+      "{}: no run of granuscope left {} there, and the results would take {} place; name another folder, or move {} "
+      "away (`granuscope run` has --force)",
       list_of(foreign), foreign.size() == 1 ? "this file" : "these files", foreign.size() == 1 ? "its" : "their",
       foreign.size() == 1 ? "it" : "them");
 }
