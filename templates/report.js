@@ -438,7 +438,7 @@ function explore(box, results) {
   // First the middle one of those with enough depths fitted.
   const fitted = (one) => one.depths.filter((depth) => depth.fitted).length;
   const best = results.filter((one) => fitted(one) >= 0.7 * Math.max(...results.map(fitted)));
-  let result = best[Math.floor((best.length - 1) / 2)], at = 0, panels = {};
+  let result = best.find((one) => one.scanned === '0.3') || best[Math.floor((best.length - 1) / 2)], at = 0, panels = {};
 
   function plot() {
     const W = Math.max(280, svg.clientWidth), wide = W >= 620, left = 44, gap = 34;
