@@ -125,6 +125,14 @@ TEST_CASE("at another angle of the contacts the same peaks are read in bead diam
     analysis.results = {t};
     for (const Claim& claim : judge_claims(analysis, {}, {})) CHECK(claim.verdict == not_tested);
   }
+  // Nor are claims about beads whose loads lean, act beside the centres or are not the only ones.
+  for (double SamplerSpec::*unusual :
+       {&SamplerSpec::load_angle, &SamplerSpec::load_offset, &SamplerSpec::bead_weight}) {
+    Analysis analysis;
+    analysis.results = {usual};
+    analysis.results[0].spec.sampler.*unusual = 0.1;
+    for (const Claim& claim : judge_claims(analysis, {}, {})) CHECK(claim.verdict == not_tested);
+  }
 }
 
 TEST_CASE("on a ring just wide enough no image of a peak is taken for it") {

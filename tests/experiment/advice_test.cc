@@ -48,6 +48,10 @@ const std::vector<Refused> refusals = {
     {"[fit]\nlayer_step = 0\n", "give at least 1", {"fit.layer_step=1"}},
     {"[fit]\nscaling_window = 0.3\n", "write [low, high]", {"fit.scaling_window=[0.1, 0.3]"}},
     // Friction and scans
+    {"[friction]\nmu = [0.1]\n[scan]\nparameter = \"mu\"\nvalues = [0.2]\n",
+     "leave one of the two out",
+     {"-values = [0.2]"}},
+    {"[model]\nname = \"q-model\"\n[sampling]\nlaw = \"polytope\"\n", "leave this out", {"-law = \"polytope\""}},
     {"[friction]\nmu = 1.8\n", "at least 0 and less than 1.732", {"friction.mu=0"}},
     {"[friction]\nmu = []\n", "give 1 to 1000 values", {"friction.mu=[0.3]"}},
     {"[friction]\nmu = [0.3, 0.3]\n", "remove one", {"friction.mu=[0.3]"}},

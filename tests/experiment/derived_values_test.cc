@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -129,6 +130,12 @@ TEST_CASE("Windows and figures follow the layers") {
 TEST_CASE("Samples and blocks follow each other") {
   CHECK(parse_experiment("[response]\nblocks = 1000\n", "x.toml").response.samples == 8000);
   CHECK(parse_experiment("[response]\nsamples = 100\n", "x.toml").response.blocks == 12);
+  // Loads beside the centres are held against the experiment's own friction.
+  CHECK(refusal("[friction]\nmu = 0.3\n[sampling]\nload_offset = 0.2\n") == "(accepted)");
+  CHECK_THAT(refusal("[friction]\nmu = 0.1\n[sampling]\nload_offset = 0.2\n"), Contains("at mu = 0.1"));
+  CHECK_THAT(refusal("\x89HDF\r\n"), Contains("this is an HDF5 file"));
+  const std::string weight = "[friction]\nmu = 0.3\n[scan]\nparameter = \"bead_weight\"\nvalues = [0.1, 0.5]\n";
+  CHECK(parse_experiment(weight, "x.toml").fit.scaling_window == std::array{0.1, 0.5});
   CHECK_THAT(refusal("[response]\nsamples = 50\n"), Contains("x.toml:2:1: response.samples: "));
   CHECK(parse_experiment("[response]\nsamples = 200000\n[precision]\nc = 1e-4\n", "x.toml").precision.most_samples ==
         200000);

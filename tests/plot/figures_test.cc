@@ -130,6 +130,8 @@ TEST_CASE("A profile without a fit is plotted without one") {
   const Figure figure = plot_response_profiles(analysis.results, {}, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.details, "layer 170"));
+  CHECK(contains(figure.caption, "has two peaks. Thin"));
+  CHECK(contains(figure.caption, "Not fitted: layer 170."));
   CHECK(contains(read_file(run.path() / figure.screen), "peaks not identified by the fit"));
 }
 

@@ -115,13 +115,25 @@ std::string told_of(const std::string& text, const NewOptions& options) {
   return told + "\n" + text;
 }
 
+/// Nobody has written a file yet, in whose line something could be wrong.
+std::string text_of_new(const NewOptions& options) {
+  try {
+    return told_of(file_text(options), options);
+  } catch (const InputError& error) {
+    const std::string said = error.what();
+    const std::string place = "granuscope new:";
+    if (!said.starts_with(place)) throw;
+    throw InputError("{}", said.substr(std::min(said.size(), said.find(' ', place.size()) + 1)));
+  }
+}
+
 ExitCode write_new(const NewOptions& options, VerbContext& context) {
   require_suffix(options.file, ".toml");
   std::error_code none;
   if (!options.file.empty() && std::filesystem::exists(std::filesystem::symlink_status(options.file, none))) {
     throw InputError("{} is there already, and an experiment is never written over; name another file", options.file);
   }
-  const std::string text = told_of(file_text(options), options);
+  const std::string text = text_of_new(options);
   if (options.file.empty()) {
     context.out << text;
     return ExitCode::done;

@@ -337,28 +337,26 @@ Problem find_scene_problem(const Experiment& e) {
   return {};
 }
 
-Problem find_picture_problem(const Experiment& e) {
-  for (const auto& [name, picture] : e.pictures) {
-    const std::string table = fmt::format("{}.{}", pictures_table, name);
-    const auto plain = [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
-    };
-    if (name.empty() || name.size() > 60 || !std::all_of(name.begin(), name.end(), plain)) {
-      return KeyProblem{table,
-                        "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
-                        "and _"};
-    }
-    if (!e.force_chains.show) {
-      return KeyProblem{table,
-                        "there is no pile to render it of, because scenes.force_chains.show is false; write "
-                        "true there, or leave this table out"};
-    }
-    try {
-      check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers(), e.lattice.angle}),
-                     e.force_chains.mu, picture.scene_like(e.force_chains, e.lattice.angle));
-    } catch (const InputError& error) {
-      return KeyProblem{table, error.what()};
-    }
+Problem find_picture_problem(const Experiment& e, const std::string& name, const PictureSpec& picture) {
+  const std::string table = fmt::format("{}.{}", pictures_table, name);
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+  };
+  if (name.empty() || name.size() > 60 || !std::all_of(name.begin(), name.end(), plain)) {
+    return KeyProblem{table,
+                      "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
+                      "and _"};
+  }
+  if (!e.force_chains.show) {
+    return KeyProblem{table,
+                      "there is no pile to render it of, because scenes.force_chains.show is false; write "
+                      "true there, or leave this table out"};
+  }
+  try {
+    check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers(), e.lattice.angle}),
+                   e.force_chains.mu, picture.scene_like(e.force_chains, e.lattice.angle));
+  } catch (const InputError& error) {
+    return KeyProblem{table, error.what()};
   }
   return {};
 }
@@ -543,7 +541,7 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     problems.add(find_study_problem(e));
     if (shown) problems.add(find_ring_problem(e));
     problems.add(find_scene_problem(e));
-    problems.add(find_picture_problem(e));
+    for (const auto& [name, picture] : e.pictures) problems.add(find_picture_problem(e, name, picture));
   }
   problems.add(find_about_problem(e));
   problems.add(find_key_figure_problem(e));
