@@ -153,3 +153,15 @@ TEST_CASE("A PDF of cairo 1.18 has the same bytes at any time, opens, and takes 
   CHECK_THAT(about, !Catch::Contains("CreationDate"));
   CHECK_THAT(told_by("pdftotext", {"-"}), Catch::Contains("-10") && Catch::Contains("10"));
 }
+
+TEST_CASE("Where TMPDIR names no folder, that is said") {
+  const char* const set = getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe): tests are single-threaded
+  const std::string before = set == nullptr ? "" : set;
+  setenv("TMPDIR", "/nowhere", 1);  // NOLINT(concurrency-mt-unsafe)
+  CHECK_THROWS_WITH(ScratchFolder("drawing"), Catch::Contains("TMPDIR names something else"));
+  if (set == nullptr) {
+    unsetenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
+  } else {
+    setenv("TMPDIR", before.c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
+  }
+}

@@ -438,6 +438,22 @@ std::string labelled_pdf(std::string pdf, const FileLabel& label) {
   return pdf + fmt::format("startxref\n{}\n%%EOF\n", new_table);
 }
 
+namespace {
+
+std::filesystem::path temporary_folder() {
+  std::error_code error;
+  std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+  if (error) {
+    throw EnvironmentError(
+        "there is no folder for temporary files, since TMPDIR names something else; unset it, or name a folder");
+  }
+  return folder;
+}
+
+}  // namespace
+
+ScratchFolder::ScratchFolder(const std::string& name) : ScratchFolder(temporary_folder(), name) {}
+
 ScratchFolder::ScratchFolder(const std::filesystem::path& parent, const std::string& name) {
   make_folder(parent);
   std::string pattern = (parent / (scratch_name(name) + "-XXXXXX")).string();

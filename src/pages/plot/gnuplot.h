@@ -121,6 +121,8 @@ class ScratchFolder {
  public:
   /// Makes a folder of its own in `parent` (and the parents), with `name` in its name. Throws EnvironmentError.
   ScratchFolder(const std::filesystem::path& parent, const std::string& name);
+  /// In the folder for temporary files. Throws EnvironmentError if TMPDIR names none.
+  explicit ScratchFolder(const std::string& name);
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
   ~ScratchFolder();

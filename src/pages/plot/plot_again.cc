@@ -204,7 +204,7 @@ namespace {
 /// The figure as an EPS that TeX sets, with its own fonts and mathematics. dvips finds the edges of letters and rules,
 /// not those of what is drawn: hair-thin white rules stand in the corners.
 std::string eps_by_tex(const std::string& tikz, const std::string& id, double points) {
-  const ScratchFolder scratch(fs::temp_directory_path(), id);
+  const ScratchFolder scratch(id);
   write_file(scratch.path() / "figure.tikz", tikz);
   write_file(scratch.path() / "figure.tex",
              fmt::format("\\documentclass{{article}}\n\\usepackage{{fix-cm}}\n\\usepackage{{tikz,gnuplot-lua-tikz}}\n"
@@ -283,7 +283,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     if (recipe->caption.ends_with(behind_in_words))
       plotted.caption += ' ' + in_terms(std::string(behind_in_words), catalogue_of(style.language));
   }
-  const ScratchFolder scratch(fs::temp_directory_path(), id);
+  const ScratchFolder scratch(id);
   for (const auto& entry : fs::directory_iterator(figures)) {
     const std::string name = entry.path().filename().string();
     if (name == id + ".gp") {

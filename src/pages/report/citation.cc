@@ -285,7 +285,7 @@ Json program_entity(const Json& provenance) {
 /// Throws InputError unless `clone` has the commit that the program was built from.
 std::string sources_of(const fs::path& clone, const Json& provenance) {
   const std::string commit = provenance.at("git_commit");
-  const ScratchFolder scratch(fs::temp_directory_path(), "sources");
+  const ScratchFolder scratch("sources");
   const fs::path archive = scratch.path() / sources_name;
   const auto result =
       run_process({.arguments = {"git", "-C", clone.string(), "archive", "--format=tar.gz",

@@ -97,7 +97,7 @@ std::string told_of(const std::string& text, const NewOptions& options) {
   const std::string name = options.file.empty() ? "experiment.toml" : options.file;
   const Experiment experiment = parse_experiment(text, "granuscope new");
   const int threads = worker_count(0);
-  const ScratchFolder scratch(std::filesystem::temp_directory_path(), "granuscope-new");
+  const ScratchFolder scratch("granuscope-new");
   RunOptions run;
   run.folder = scratch.path() / "trial";
   run.of_trial = experiment.precision.asked() && try_beginning(experiment, run.folder, threads);
