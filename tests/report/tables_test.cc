@@ -70,7 +70,7 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   CHECK_FALSE(page.texts.contains("/results/1/D/systematic"));
   // Two friction coefficients lack it for the same reason, which is said once.
   CHECK(count(page.html, "no depth just above the window can be fitted") == 1);
-  CHECK(contains(page.html, "n/a at μ = 0.1; at μ = 0.15: "));
+  CHECK(contains(page.html, "n/a at μ = 0.1 and 0.15: "));
 }
 
 TEST_CASE("A systematic error stands in the last digits of its value, one of them at least") {

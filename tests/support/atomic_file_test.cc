@@ -270,3 +270,27 @@ TEST_CASE("A lock is waited for as long as a killed process may take to leave it
   CHECK(lock_file(one, true));
   CHECK(lock_file(FileDescriptor(), false));  // what cannot be opened cannot be locked
 }
+
+TEST_CASE("what is forbidden is not called missing") {
+  const TemporaryFolder folder;
+  write_file(folder / "file", "x");
+  require_visible(folder / "file");
+  require_visible(folder / "none");  // is nothing to see
+  fs::permissions(folder.path(), fs::perms::owner_all);
+  const pid_t child = ::fork();
+  if (child == 0) {  // as somebody else, where this is root
+    int status = 1;
+    if (::geteuid() == 0 ? ::setuid(65534) == 0 : ::chmod(folder.path().c_str(), 0) == 0) {
+      try {
+        require_visible(folder / "file");
+      } catch (const InputError& error) {
+        status = std::string(error.what()).find("Permission denied") != std::string::npos ? 0 : 2;
+      }
+    }
+    ::_exit(status);
+  }
+  int status = -1;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  fs::permissions(folder.path(), fs::perms::owner_all);
+  CHECK(status == 0);
+}

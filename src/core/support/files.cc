@@ -253,6 +253,11 @@ constexpr std::size_t chunk_bytes = std::size_t{1} << 18;
 
 }  // namespace
 
+void require_visible(const std::filesystem::path& source) {
+  struct stat status = {};
+  if (::stat(source.c_str(), &status) != 0 && (errno == EACCES || errno == EPERM)) cannot_read(source, errno);
+}
+
 void read_chunks(const std::filesystem::path& source, const std::function<void(std::string_view)>& take) {
   // Opening a pipe would wait for a writer, who may never come.
   const FileDescriptor file(::open(source.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));

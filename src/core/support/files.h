@@ -98,6 +98,10 @@ void write_file(const std::filesystem::path& target, std::string_view bytes, con
 /// 64 kB: its disk is full.
 void require_room(const std::filesystem::path& folder);
 
+/// Throws InputError, with the reason, if nobody lets this process look at what lies there; whether it is there at all
+/// is not asked.
+void require_visible(const std::filesystem::path& source);
+
 /// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
 void require_writable(const std::filesystem::path& target);
 

@@ -142,7 +142,9 @@ bool add_thrust(DepthPlot& figure, const Transport& result) {
   };
   if (with_c) tell("slope c =", result.c, 0, "black");
   tell("c from thrust", result.c_thrust, 0.11, "bluish_green");
-  if (known) tell("difference", result.c_minus_c_thrust, 0.22, "black");
+  constexpr double rounding = 1e-12;
+  if (known && std::abs(result.c_minus_c_thrust.value) > rounding)
+    tell("difference", result.c_minus_c_thrust, 0.22, "black");
   return known;
 }
 

@@ -187,6 +187,7 @@ std::optional<FileLabel> label_of_run(const fs::path& svg) {
 std::vector<std::string> plots_in(const fs::path& figures) {
   std::error_code none;
   std::vector<std::string> known;
+  require_visible(figures);
   if (!fs::is_directory(figures, none)) {
     if (fs::exists(figures.parent_path() / "manifest.json", none)) return known;  // a run of which nothing was plotted
     throw InputError("there is no folder {}, so no figure of a run; name the folder that `granuscope run` wrote",

@@ -407,6 +407,7 @@ std::string metadata(const Json& manifest, const Json& files, const PackOptions&
 
 Json manifest_of_finished_run(const fs::path& folder) {
   std::error_code none;
+  require_visible(folder / manifest_name);
   if (!fs::is_regular_file(folder / manifest_name, none)) {
     throw InputError(
         fmt::format("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string()));

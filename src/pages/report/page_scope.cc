@@ -1,6 +1,7 @@
 #include "report/page_scope.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -331,14 +332,34 @@ void add_reason(Json& notes, const Json& summary, const std::string& pointer, co
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
+namespace {
+
+/// " at μ = 0.1 and 0.3" of " at μ = 0.1" and " at μ = 0.3"; those that differ before the value stay apart.
+std::string joined_places(const std::string& what, const std::vector<std::string>& places) {
+  const std::string head = places.front().substr(0, places.front().rfind("= ") + 1);
+  if (places.size() == 1 ||
+      !std::ranges::all_of(places, [&](const std::string& one) { return !head.empty() && one.starts_with(head); })) {
+    return fmt::format("{}{}", what, fmt::join(places, "; " + what));
+  }
+  Json values = Json::array();
+  for (const std::string& one : places) values.push_back(one.substr(head.size() + 1));
+  return fmt::format("{}{} {}", what, head, enumerated(values));
+}
+
+}  // namespace
+
 void finish_notes(Json& notes) {
   for (Json& note : notes) {
-    std::string what;
+    std::vector<std::pair<std::string, std::vector<std::string>>> groups;  // what is unknown, and where
     std::size_t names = 0;
     for (const auto& [place, named] : note.at("places").items()) {
-      what += (what.empty() ? "" : "; ") + enumerated(named) + place;
+      const std::string which = enumerated(named);
+      if (groups.empty() || groups.back().first != which) groups.push_back({which, {}});
+      groups.back().second.push_back(place);
       names += named.size();
     }
+    std::string what;
+    for (const auto& [which, places] : groups) what += (what.empty() ? "" : "; ") + joined_places(which, places);
     note.erase("places");
     note["what"] = what;
     note["are"] = names == 1 ? "is" : "are";

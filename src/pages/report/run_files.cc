@@ -61,6 +61,7 @@ bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::pat
 
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage) {
   std::error_code none;
+  require_visible(run_folder / "manifest.json");
   if (!std::filesystem::exists(run_folder / "manifest.json", none)) return;
   const auto manifest =
       nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")), nullptr, false);

@@ -477,6 +477,7 @@ bool is_open_already(const std::filesystem::path& file) {
 
 Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   std::error_code code;
+  require_visible(file);
   const auto status = std::filesystem::status(file, code);
   if (!std::filesystem::exists(status)) {
     const std::string name = file.stem().string();

@@ -424,6 +424,7 @@ void require_complete(const std::vector<PlannedEnsemble>& ensembles, const std::
 Experiment experiment_of(const std::vector<fs::path>& folders) {
   std::error_code ignored;
   for (const fs::path& folder : folders) {
+    require_visible(folder / "experiment.toml");
     if (!fs::is_directory(folder, ignored)) {
       throw InputError("'{}' is no folder; name folders in which shards have worked", folder.string());
     }
