@@ -401,6 +401,19 @@ TEST_CASE("An article has title, numbers and figures of its run, and LaTeX sets 
   CHECK(fs::file_size(target / "article.pdf") > 20'000);
 }
 
+TEST_CASE("No article replicates the paper by another model") {
+  const test::TemporaryFolder scratch;
+  write_file(scratch / "q.toml",
+             "[model]\nname = \"q-model\"\n[lattice]\ncolumns = 40\nlayers = 30\n[response]\nsamples = 256\n"
+             "[scenes.force_chains]\nshow = false\n[report]\npdf = false\n");
+  const std::string out = (scratch / "out").string();
+  REQUIRE(granuscope_command({"run", (scratch / "q.toml").string(), "--out", out, "--quiet"}).code == 0);
+  const CommandResult refused = granuscope_command({"article", out, "--out", (scratch / "article").string()});
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("this run is of the model q-model"));
+  CHECK_FALSE(fs::exists(scratch / "article"));
+}
+
 TEST_CASE("An archive appears whole or not at all") {
   const test::TemporaryFolder scratch;
   std::string bytes(200'000, 'x');

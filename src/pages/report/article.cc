@@ -10,6 +10,7 @@
 #include "report/number_text.h"
 #include "report/page_scope.h"
 #include "report/run_files.h"
+#include "sampling/model_spec.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
@@ -86,6 +87,12 @@ void write_article(const std::filesystem::path& run_folder, const std::filesyste
   Json summary, overlay;
   try {
     summary = Json::parse(shallow_json(text));
+    if (const std::string model = summary.at("scan").at("model"); model != name_of(ModelName::frictional_beads)) {
+      throw InputError(
+          "{}: this run is of the model {}, and the paper that an article replicates is about frictional beads; run "
+          "an experiment with those",
+          run_folder.string(), model);
+    }
     const Json manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")));
     overlay = article_overlay(summary, manifest.at("provenance"), run_folder / "figures", citation);
   } catch (const Json::exception& damage) {
