@@ -359,9 +359,10 @@ TEST_CASE("A history is refused with its reason where it is none") {
 TEST_CASE("A history begins in an empty folder, and what it has lost is not begun anew") {
   const TemporaryFolder history;
   const NightlyOptions options = nights_in(history.path());
-  write_file(history / "notes.md", "mine");
+  for (const char* name : {"notes.md", "badge.json"}) write_file(history / name, "mine");
   CHECK_THROWS_WITH(run_night(experiment(), options), Contains("neither empty nor a history"));
-  CHECK(read_file(history / "notes.md") == "mine");
+  for (const char* name : {"notes.md", "badge.json"}) CHECK(read_file(history / name) == "mine");
+  fs::remove(history / "badge.json");
   CHECK_FALSE(fs::exists(history / "history.sqlite"));
   fs::remove(history / "notes.md");
 

@@ -343,7 +343,8 @@ void write_pages(const fs::path& folder, const NightBook& book) {
 void tell_not_run(const fs::path& folder) {
   const fs::path file = folder / "badge.json";
   std::error_code none;
-  if (!fs::is_regular_file(file, none)) return;
+  // What somebody else calls so stays as it is.
+  if (!fs::is_regular_file(file, none) || read_file(file).find("granuscope nightly") == std::string::npos) return;
   const Json json = {{"schemaVersion", 1},
                      {"label", "granuscope nightly"},
                      {"message", fmt::format("not run on {}", current_time().substr(0, 10))},
