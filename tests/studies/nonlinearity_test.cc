@@ -261,7 +261,7 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
   CHECK_FALSE(page.texts.contains("/studies/nonlinearity/responses/3/c_thrust_minus_uniform"));  // nor the uniform load
   CHECK(contains(page.html, "What the finite overload of the paper’s procedure does"));
   CHECK(count(page.html, "the peaks are too narrow") == 1);
-  CHECK(contains(page.html, "No comparison for overload 4 at μ = 0.1; overload 4 at μ = 0.3: "));
+  CHECK(contains(page.html, "No comparison for overload 4 at μ = 0.1 and 0.3: "));
   CHECK(contains(page.html, "No comparison for the exponents with overload 4: "));
 
   // Without the paper's overload there is no sentence about it.
