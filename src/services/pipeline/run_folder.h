@@ -30,12 +30,12 @@ class RunFolder {
   int leftovers_removed_ = 0;
 };
 
+/// Refuses (InputError) the folder of a history, and those in it, whose files have the names of a run's.
+void require_no_history(const std::filesystem::path& folder);
+
 /// Refuses (InputError, which names them all) a folder in which a run would replace files that no run has written: an
 /// experiment.toml with somebody's comments; a summary.md where no manifest.json and no experiment tell of a run.
 /// `resolved` is the experiment to be run, as it is printed. Writes nothing.
-/// Refuses the folder of a history, and those in it, whose files have the names of a run's.
-void require_no_history(const std::filesystem::path& folder);
-
 void require_own_results(const std::filesystem::path& folder, const std::string& resolved);
 
 /// Removes from a folder the files whose names `ours` accepts, and the folder once it is empty. What else is there
