@@ -173,6 +173,9 @@ function pileScene(article, chips) {
   const mix = (from, to, share) => from.map((one, k) => Math.round(one + (to[k] - one) * share)).join();
   const grey = (() => { const sorted = pile.force.toSorted((a, b) => a - b); return sorted[Math.floor(0.97 * sorted.length)] || 1; })();
   const heavy = 3 * grey;
+  const ends = {force: ['0', `≥ ${number(grey)}`], friction: ['0', '1'], weight: ['0', `≥ ${number(heavy)}`], response: [`≤ ${number(-500)}`, `≥ ${number(500)}`]};
+  for (const one of all('input', chips)) all('b', one.nextElementSibling).forEach((end, k) => { end.textContent = ends[one.value][k]; });
+  chips.querySelector('[value=response]').parentElement.hidden = !pile.response.length;
   return {
     width: wide, height: tall,
     paint(context, x, y, scale, W, H) {
@@ -244,8 +247,9 @@ function closeLook(dialog) {
   const place = () => {
     points.hide();
     const [w, h] = size().map((one) => one * scale), [W, H] = [view.clientWidth, view.clientHeight];
+    const room = 64;  // for the buttons above and below
     x = w < W ? (W - w) / 2 : clamp(x, W - w, 0);
-    y = h < H ? (H - h) / 2 : clamp(y, H - h, 0);
+    y = h < H - 2 * room ? (H - h) / 2 : clamp(y, H - h - room, room);
     if (pile) paint();
     else image.style.transform = `translate(${x}px,${y}px) scale(${scale})`;
   };
