@@ -171,7 +171,7 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
       {{"sample", "--samples", "18446744073709551615", "--statistics"}, 2, "samples are too many"},
       {{"sample", "--load", "point", "--overload", "nan", "--out", pile}, 2, "--overload: nan is out of range"},
       {{"sample", "--effort", "nan", "--out", pile}, 2, "--effort: nan is out of range"},
-      {{"sample", "--colums", "9", "--out", pile}, 2, "sample has no flag --colums; did you mean --columns?"},
+      {{"sample", "--colums", "9", "--out", pile}, 2, "sample has no flag --colums (did you mean --columns?)"},
       {{"sample", "--out", "-"}, 2, "name a file, or write ./- for one of that name"},
       {{"sample", "--out", "/dev/full"}, 3, "cannot write '/dev/full': "},
       {{"sample", "--out", scratch.path().string()}, 3, "A folder stands where a file is needed"},

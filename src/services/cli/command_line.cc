@@ -77,10 +77,10 @@ constexpr const char* exit_codes =
     "the same command goes on; 5 another run is at work in the folder. Lengths are in bead diameters, forces in loads "
     "of one top bead.";
 
-/// The first flag on the command line that the verb does not have, with the one that was probably meant; "" if there is
+/// The flags on the command line that the verb does not have, each with the one that was probably meant; "" if there are
 /// none. CLI11 lists words without saying which of them is wrong.
-std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const* argv) {
-  std::vector<std::string> known;
+std::string find_unknown_flags(const CLI::App& verb, int argc, const char* const* argv) {
+  std::vector<std::string> known, unknown;
   std::string letters;
   for (const CLI::Option* option : verb.get_options()) {
     for (const std::string& name : option->get_lnames()) known.push_back(name);
@@ -88,20 +88,21 @@ std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const*
   }
   for (int i = 2; i < argc; ++i) {
     const std::string word(argv[i]);
-    if (word == "--") return "";
+    if (word == "--") break;
     if (word.size() < 2 || word[0] != '-') continue;
     if (word[1] != '-') {  // a letter, perhaps with its value; a number is none
       if (std::isalpha(static_cast<unsigned char>(word[1])) == 0 || letters.find(word[1]) != std::string::npos)
         continue;
-      return fmt::format("{} has no flag {}", verb.get_name(), word.substr(0, 2));
+      unknown.push_back(word.substr(0, 2));
+      continue;
     }
     const std::string flag = word.substr(2, word.find('=') - 2);
     if (std::ranges::find(known, flag) != known.end()) continue;
     const auto meant = nearest_name(flag, known);
-    return fmt::format("{} has no flag --{}{}", verb.get_name(), flag,
-                       meant ? fmt::format("; did you mean --{}?", *meant) : "");
+    unknown.push_back("--" + flag + (meant ? fmt::format(" (did you mean --{}?)", *meant) : ""));
   }
-  return "";
+  if (unknown.empty()) return "";
+  return fmt::format("{} has no flag{} {}", verb.get_name(), unknown.size() > 1 ? "s" : "", fmt::join(unknown, ", "));
 }
 
 /// A word that begins with a dash where a verb is expected: a slip in a flag of the program, or a verb's flag.
@@ -134,7 +135,7 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   const std::vector<const CLI::App*> chosen = app.get_subcommands([](const CLI::App* verb) { return verb->parsed(); });
   std::string what = error.what();
   if (!chosen.empty()) {
-    if (const std::string unknown = find_unknown_flag(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
+    if (const std::string unknown = find_unknown_flags(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
   }
   if (chosen.empty() && what == "A subcommand is required") {
     what = name_unknown_flag(app, argv[1]);

@@ -86,9 +86,11 @@ void draw(const Packing& packing, const ContactsOptions& options, VerbContext& c
   metadata.emplace_back("Description", fmt::format("{} contacts", packing.contacts.size()));
   const Scene scene = build_packing_scene(packing, options.mu, options.scene);
   render_scene(scene, options.scene, options.image.path, metadata);
+  const auto pulling = std::ranges::count_if(packing.contacts, [](const auto& one) { return one.placed && one.N < 0; });
   context.wrote(options.image.path,
-                fmt::format(": {} contacts drawn, {} outside or without a place, {} too faint to be seen",
-                            scene.counts.drawn, scene.counts.outside, scene.counts.too_faint));
+                fmt::format(": {} contacts drawn, {} outside or without a place, {} too faint to be seen{}",
+                            scene.counts.drawn, scene.counts.outside, scene.counts.too_faint,
+                            pulling > 0 ? fmt::format("; {} pull (N < 0) and count as 0", pulling) : ""));
 }
 
 void draw_film(const PackingSource& source, ContactsOptions options, VerbContext& context) {
