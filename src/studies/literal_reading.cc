@@ -421,7 +421,8 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
 
   std::vector<ReportPart> parts() const override {
     if (depths_.empty()) return {};
-    return {{.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"}};
+    return {{.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"},
+            {.page = "studies/literal_reading_points.table", .base = "/studies/literal_reading/best", .needs = "points"}};
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
@@ -445,6 +446,9 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
       json["depths"].push_back(std::move(depth));
     }
     Json best = json["depths"][best_];
+    for (const Coefficients& one : points_) {
+      best["points"].push_back({{"mu", one.scanned}, {"c", estimate(one.c)}, {"D", estimate(one.D)}});
+    }
     json["best"] = std::move(best);
     json["met"] = {{"depths", met_.size()}};
     if (!met_.empty()) {

@@ -74,6 +74,12 @@ TEST_CASE("Read literally, made-up responses have the exponents that they were m
     CHECK(depth["meets_the_paper"].get<bool>());
   }
   CHECK(results["met"]["depths"] == depths.size());
+  const auto& points = results["best"]["points"];
+  REQUIRE(points.size() == 4);
+  CHECK(points[3]["mu"] == 0.3);
+  CHECK(points[3]["c"]["value"].get<double>() == Approx(tan30 - 0.06 * 0.3).margin(1e-5));
+  CHECK(points[3]["D"]["value"].get<double>() == Approx(6 * std::pow(0.3, 2.5)).epsilon(1e-4));
+  CHECK(points[3]["D"]["stderr"].get<double>() > 0);
   const auto other = read(1.67, 2.4);
   for (const auto& depth : other["depths"]) {
     CHECK(depth["gamma"]["value"].get<double>() == Approx(1.67).margin(2e-3));
