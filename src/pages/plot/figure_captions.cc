@@ -41,9 +41,9 @@ std::map<std::string, std::string> paragraphs_by_heading(const std::string& text
 }  // namespace
 
 void set_captions(Figure& figure, const Wording& wording, std::string_view catalogue) {
-  const auto paragraphs = paragraphs_by_heading(fill_template(
-      template_file(wording.captions),
-      with_decimal_sign(wording.variables, catalogue.empty() ? template_file("plot/labels.txt") : catalogue)));
+  const auto paragraphs = paragraphs_by_heading(
+      fill_template(template_file(wording.captions),
+                    in_words_of(wording.variables, catalogue.empty() ? template_file("plot/labels.txt") : catalogue)));
   const auto paragraph = [&](const std::string& heading) {
     const auto found = paragraphs.find(heading);
     if (found == paragraphs.end()) throw std::logic_error(wording.captions + " lacks [" + heading + "]");

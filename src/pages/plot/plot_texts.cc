@@ -68,8 +68,14 @@ Catalogue read_catalogue(std::string_view text) {
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-std::string translated(const std::string& text, const Catalogue& catalogue) {
-  std::string result;
+struct Translation {
+  std::string text;
+  bool whole = true;  ///< no word is left that is in no phrase; single letters are symbols
+};
+
+Translation translated(const std::string& text, const Catalogue& catalogue) {
+  Translation translation;
+  std::string& result = translation.text;
   for (std::size_t at = 0; at < text.size();) {
     const auto fits = [&](const Phrase& phrase) {
       if (text.compare(at, phrase.from.size(), phrase.from) != 0) return false;
@@ -88,21 +94,26 @@ std::string translated(const std::string& text, const Catalogue& catalogue) {
       const bool parts = text[at] == ',' && catalogue.decimal_point == "," && at > 0 && is_digit(text[at - 1]) &&
                          at + 2 < text.size() && text[at + 1] == ' ' && is_digit(text[at + 2]);
       result += parts ? ';' : text[at];
+      if (is_letter(text[at]) && at + 1 < text.size() && is_letter(text[at + 1])) translation.whole = false;
       ++at;
     }
   }
-  return result;
+  return translation;
 }
 
 }  // namespace
 
 std::string in_terms(const std::string& text, std::string_view catalogue_text) {
-  return catalogue_text.empty() ? text : translated(text, read_catalogue(catalogue_text));
+  return catalogue_text.empty() ? text : translated(text, read_catalogue(catalogue_text)).text;
 }
 
-TemplateVariables with_decimal_sign(TemplateVariables variables, std::string_view catalogue_text) {
-  const Catalogue sign{{}, read_catalogue(catalogue_text).decimal_point};
-  for (auto& [name, value] : variables) value = translated(value, sign);
+TemplateVariables in_words_of(TemplateVariables variables, std::string_view catalogue_text) {
+  const Catalogue catalogue = read_catalogue(catalogue_text);
+  const Catalogue sign{{}, catalogue.decimal_point};
+  for (auto& [name, value] : variables) {
+    const Translation translation = translated(value, catalogue);
+    value = translation.whole ? translation.text : translated(value, sign).text;
+  }
   return variables;
 }
 

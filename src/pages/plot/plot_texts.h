@@ -17,8 +17,9 @@ TemplateVariables plot_colours();
 std::string in_terms(const std::string& text, std::string_view catalogue);
 
 /// What fills the places of captions, with the decimal sign of a catalogue; where that is a comma, numbers in a row are
-/// parted by semicolons.
-TemplateVariables with_decimal_sign(TemplateVariables variables, std::string_view catalogue);
+/// parted by semicolons. Words are translated where the catalogue has all those of a place, and stay otherwise: reasons
+/// are sentences, of which half would be translated.
+TemplateVariables in_words_of(TemplateVariables variables, std::string_view catalogue);
 
 /// The catalogue by which texts about friction speak of what else an experiment varies, and those about contacts at 30
 /// degrees of another angle; empty for these.
