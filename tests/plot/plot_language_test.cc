@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <regex>
+#include <tuple>
 
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
@@ -40,18 +41,34 @@ TEST_CASE("The built-in languages have a word for what the program says in certa
   }
 }
 
-TEST_CASE("A figure of a run is plotted again in French, with commas") {
+TEST_CASE("A figure of a run is plotted again in another language, with commas") {
   const test::TemporaryFolder run;
   const std::string id = plot_scaling_with_friction(synthetic::analysis(), run.path()).id;
   FigureStyle style;
   style.format = "svg";
-  style.language = "fr";
-  const std::string svg = plot_again(run / "figures", id, style).bytes;
-  CHECK(contains(svg, "loi de puissance ajustée"));
-  CHECK(contains(svg, ">0,1<"));
-  CHECK_FALSE(contains(svg, "power law"));
+  for (const auto& [language, words, in_caption] :
+       {std::tuple("fr", "loi de puissance ajustée", "Lus à "), {"de", "angepasstes Potenzgesetz", "Kreise: Steig"}}) {
+    INFO(language);
+    style.language = language;
+    const PlottedFigure plotted = plot_again(run / "figures", id, style);
+    CHECK(contains(plotted.bytes, words));
+    CHECK(contains(plotted.bytes, ">0,1<"));
+    CHECK_FALSE(contains(plotted.bytes, "power law"));
+    CHECK(contains(plotted.caption, in_caption));
+  }
   style.language = "it";
   CHECK_THROWS_AS(plot_again(run / "figures", id, style), InputError);
+}
+
+TEST_CASE("What fills a place of a caption is translated where all its words are known") {
+  const std::string_view german = catalogue_of("de");
+  const TemplateVariables places = in_words_of({{"given", "μ = 0.1, 0.2 and 0.4"},
+                                                {"depth", "z = 95.8 (layer 110, 90 layers above the bottom)"},
+                                                {"reason", "fewer than two points and 0.5 of them"}},
+                                               german);
+  CHECK(places.at("given") == "μ = 0,1; 0,2 und 0,4");
+  CHECK(places.at("depth") == "z = 95,8 (Schicht 110; 90 Schichten über dem Boden)");
+  CHECK(places.at("reason") == "fewer than two points and 0,5 of them");
 }
 
 TEST_CASE("A built-in translation has the captions of the same templates, with the same places in them") {
@@ -68,9 +85,11 @@ TEST_CASE("A built-in translation has the captions of the same templates, with t
   };
   int compared = 0;
   for (const EmbeddedFile& file : embedded_files()) {
-    if (!file.name.ends_with(".captions") || file.name.starts_with("fr/")) continue;
-    INFO(file.name);
-    CHECK(places(template_file("fr/" + std::string(file.name))) == places(file.content));
+    if (!file.name.ends_with(".captions") || file.name.starts_with("fr/") || file.name.starts_with("de/")) continue;
+    for (const std::string language : {"fr", "de"}) {
+      INFO(language << "/" << file.name);
+      CHECK(places(template_file(language + "/" + std::string(file.name))) == places(file.content));
+    }
     ++compared;
   }
   CHECK(compared > 15);

@@ -62,7 +62,7 @@ void add_page_options(CLI::App& verb, PageOptions& page, const std::string& widt
               fonts)
       ->capture_default_str();
   verb.add_option("--font-size", page.font_size, "8pt, or 8; room around the axes grows with it");
-  verb.add_option("--language", page.language, "of its texts and decimal point: en, fr or de (captions: en and fr)")
+  verb.add_option("--language", page.language, "of its texts, caption and decimal point: en, fr or de")
       ->transform(CLI::detail::to_lower)
       ->capture_default_str();
 }
