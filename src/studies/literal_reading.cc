@@ -421,8 +421,9 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
 
   std::vector<ReportPart> parts() const override {
     if (depths_.empty()) return {};
-    return {{.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"},
-            {.page = "studies/literal_reading_points.table", .base = "/studies/literal_reading/best", .needs = "points"}};
+    return {
+        {.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"},
+        {.page = "studies/literal_reading_points.table", .base = "/studies/literal_reading/best", .needs = "points"}};
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {

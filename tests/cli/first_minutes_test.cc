@@ -68,8 +68,9 @@ TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
   CHECK_THAT(granuscope_command({"sample", "--best"}).err,
              Contains("has no flag --best;") && !Contains("did you mean"));
   CHECK_THAT(granuscope_command({"sample", "-x", "2"}).err, Contains("sample has no flag -x"));
-  CHECK_THAT(granuscope_command({"sample", "--layesr", "9", "-x", "2", "--colums=9"}).err,
-             Contains("sample has no flags --layesr (did you mean --layers?), -x, --colums (did you mean --columns?);"));
+  CHECK_THAT(
+      granuscope_command({"sample", "--layesr", "9", "-x", "2", "--colums=9"}).err,
+      Contains("sample has no flags --layesr (did you mean --layers?), -x, --colums (did you mean --columns?);"));
   CHECK_THAT(granuscope_command({"run"}).err, Contains("granuscope example"));
   CHECK_THAT(granuscope_command({"--xyzzy"}).err, Contains("there is no flag --xyzzy; but for --help and --version"));
   for (const char* version : {"-v", "-version", "--versoin"}) {

@@ -77,8 +77,8 @@ constexpr const char* exit_codes =
     "the same command goes on; 5 another run is at work in the folder. Lengths are in bead diameters, forces in loads "
     "of one top bead.";
 
-/// The flags on the command line that the verb does not have, each with the one that was probably meant; "" if there are
-/// none. CLI11 lists words without saying which of them is wrong.
+/// The flags on the command line that the verb does not have, each with the one that was probably meant; "" if there
+/// are none. CLI11 lists words without saying which of them is wrong.
 std::string find_unknown_flags(const CLI::App& verb, int argc, const char* const* argv) {
   std::vector<std::string> known, unknown;
   std::string letters;
