@@ -11,6 +11,7 @@
 #include "packing/packing_file.h"
 #include "packing/packing_scene.h"
 #include "packing/packing_statistics.h"
+#include "render/sample_grid.h"
 #include "support/error.h"
 #include "support/files.h"
 
@@ -120,6 +121,81 @@ TEST_CASE("Every way of writing the same contacts is read as the same packing") 
   CHECK(packing_of(folder, "1 2 5 2\n2 3 5 2\n", three_discs, named).contacts[1].N == 2);
 }
 
+TEST_CASE("Of a contact that both its particles tell, each by itself, the mean counts and the difference is told") {
+  const test::TemporaryFolder folder;
+  // As PeGS measures disks one by one; T may have either sign seen from the other side.
+  const Packing packing = packing_of(folder, "id1 id2 N T\n1 2 2 0.3\n2 1 3 -0.1\n2 3 2 0.5\n", three_discs);
+  REQUIRE(packing.contacts.size() == 2);
+  CHECK(packing.twins == 1);
+  CHECK(packing.contacts[0].N == 2.5);
+  CHECK(packing.contacts[0].T == Approx(0.2));
+  CHECK_THAT(packing.told.back(), Contains("1 lines tell a contact again") && Contains("differ by 41 %"));
+}
+
+TEST_CASE("Positions of PeGS without frames have y counting down, too") {
+  const test::TemporaryFolder folder;
+  const Packing packing = packing_of(folder, "id1 id2 N T\n1 2 2 0\n", "1,0,5,0.5,0\n2,0,4,0.5,0\n");
+  CHECK(packing.particles[0].y == -5);
+  CHECK(packing.contacts[0].branch_y == 1);
+}
+
+TEST_CASE("Names of columns may stand in any comment above the numbers") {
+  const test::TemporaryFolder folder;
+  const Packing packing = packing_of(folder, "# run 7\n# id1 id2 N T\n1 2 2 0.5\n", three_discs);
+  CHECK(packing.contacts[0].T == 0.5);
+}
+
+TEST_CASE("Distributions of contacts have the counts of the file, and sums on particles say who is off balance") {
+  const test::TemporaryFolder folder;
+  const Packing packing = packing_of(folder, "id1 id2 N T\n1 2 2 0\n2 3 2 0.5\n3 4 2 -0.4\n",
+                                     "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 2 0 0.5\n4 2 1 0.5\n");
+  const auto direction = distribution(packing, Distributed::direction, 0.5);
+  REQUIRE(direction.size() == 18);
+  CHECK(direction[0].density == Approx(2.0 / 3 / 10));  // two along x, one along y
+  CHECK(direction[9].density == Approx(1.0 / 3 / 10));
+  const auto friction = distribution(packing, Distributed::friction, 0.5);
+  REQUIRE(friction.size() == 11);
+  CHECK(friction[0].density == Approx(1 / 3.0 / 0.05));
+  CHECK(friction[10].density == Approx(1 / 3.0 / 0.05));  // 0.5 of 0.5 * 2
+  CHECK(friction[10].standard_error == Approx(1 / 3.0 / 0.05));
+  const auto sums = forces_on_particles(packing);
+  CHECK(sums[1].contacts == 2);
+  CHECK(sums[1].x == Approx(0).margin(1e-15));
+  CHECK(sums[1].y == Approx(-0.5));
+  CHECK(sums[1].torque == Approx(-0.25));
+}
+
+TEST_CASE("A contact across the seam is drawn in halves, a sliding one has a mark, one that pulls is off the cone") {
+  const test::TemporaryFolder folder;
+  PackingFiles files;
+  files.periods = {3.0, std::nullopt};
+  SceneSpec spec;
+  spec.coordinates = Coordinates::packing;
+  const auto bars_of = [](const Scene& scene) {
+    std::vector<Element> bars;
+    scene.elements(scene.extent, [&](const Element& one) {
+      if (one.x0 != one.x1) bars.push_back(one);
+    });
+    return bars;
+  };
+  const Packing ring = packing_of(folder, "id1 id2 N T\n1 2 1 0\n2 3 1 0\n3 1 1 0.3\n",
+                                  "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 2 0 0.5\n", files);
+  const Scene scene = build_packing_scene(ring, 0.3, spec);
+  CHECK(scene.counts.drawn == 3);
+  CHECK(scene.extent.x0 == -0.5);
+  CHECK(scene.extent.x1 == 2.5);
+  CHECK(bars_of(scene).size() == 4);
+  int marks = 0;
+  scene.elements(scene.extent, [&](const Element& one) { marks += one.level == solid_line_level ? 1 : 0; });
+  CHECK(marks == 2);  // on either half
+  CHECK(build_packing_scene(ring, std::nan(""), spec).values.most_levels == 255);
+  spec.scene = "friction";
+  const Packing loose = packing_of(folder, "id1 id2 N T\n1 2 3 0\n2 3 -1 0.1\n", three_discs);
+  const auto bars = bars_of(build_packing_scene(loose, 0.3, spec));
+  REQUIRE(bars.size() == 1);
+  CHECK(bars[0].level == 255);
+}
+
 TEST_CASE("A contact across the seam of a periodic box has the branch to the nearest image") {
   const test::TemporaryFolder folder;
   PackingFiles files;
@@ -135,7 +211,7 @@ TEST_CASE("Packings without forces, and those that only pull, have numbers and p
   spec.coordinates = Coordinates::packing;
   const Packing still = packing_of(folder, "id1 id2 N T\n1 2 0 0\n2 3 0 0\n", three_discs);
   CHECK(build_packing_scene(still, 0, spec).counts.too_faint == 2);
-  CHECK(normal_force_distribution(still).empty());
+  CHECK(distribution(still, Distributed::normal_force, 0).empty());
   CHECK(std::isnan(numbers_of(still)["stress_angle"]));
   const Packing mixed = packing_of(folder, "id1 id2 N T\n1 2 3 0\n2 3 -1 0\n", three_discs);
   CHECK(numbers_of(mixed, 0.3)["tension"] == 1);
@@ -163,16 +239,18 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
   const std::vector<Bad> cases{
       {head + "1,9,1,0\n2,3,nan,0\n3,3,1,0\n2,3,x,0\n",
        three_discs,
-       {"line 3: there is no particle 9", "line 4: a force is no number", "line 5: the particle 3 touches itself",
-        "line 6: a force is no number"}},
+       {"line 3: there is no particle 9", "line 4: n is no number", "line 5: the particle 3 touches itself",
+        "line 6: n is no number"}},
       {head + "2,3,1\n2,3,1,0,5\n", three_discs, {"line 3: 3 cells instead of 4", "line 4: 5 cells instead of 4"}},
       {head + "1,2,1,0\n", three_discs, {"line 3: the contact of 1 and 2 stands in line 2, too"}},
-      {head + "2,1,3,0\n",
-       three_discs,
-       {"line 3: the contact of 2 and 1 stands in line 2, too, with another normal force"}},
+      {head + "2,1,3,0\n2,1,2,0\n", three_discs, {"line 4: the contact of 2 and 1 stands in line 2, too"}},
+      {"x1,y1,z1,x2,y2,z2,N\n0,0,0,1,0,0.2,1\n", "", {"line 2: it reaches out of the plane", "y1=z1,y2=z2,fy=fz"}},
+      {"x1,y1,x2,y2,fx,fy,fz\n0,0,1,0,1,0,0.2\n", "", {"line 2: it reaches out of the plane"}},
+      {head, "id,x,y,z\n1,0,0,0\n2,1,0,1\n3,2,0,0\n", {"--particle-columns y=z"}},
+      {"<?xml version=\"1.0\"?>\n<graphml>\n", "", {"it is GraphML"}},
       {head + "1.5,2,1,0\n-4,2,1,0\n", three_discs, {"line 3: the id 1.5", "line 4: the first particle is a wall"}},
       {"x1,y1,x2,y2,N\n0,0,0,0,1\n", "", {"line 2: both particles are at one place"}},
-      {"x1,y1,x2,y2,N\n0,0,inf,0,1\n", "", {"line 2: a place is no number"}},
+      {"x1,y1,x2,y2,N\n0,0,inf,0,1\n", "", {"line 2: x2 is no number"}},
       {"id1,id2\n1,2\n", three_discs, {"its columns are id1, id2", "normal force N"}},
       {"1 2 3\n4 5 6\n", "", {"its 3 columns have no names", "--columns"}},
       {"N,T\n1,0\n", "", {"needed are id1 and id2, or x1, y1, x2 and y2"}},
@@ -210,7 +288,7 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
   }
   std::string many = head;
   for (int k = 0; k < 100; ++k) many += "1,77,1,0\n";
-  CHECK_THROWS_WITH(packing_of(folder, many, three_discs), Contains("and 95 more lines"));
+  CHECK_THROWS_WITH(packing_of(folder, many, three_discs), Contains("95 more lines"));
   PackingFiles no_such_step;
   no_such_step.step = 4;
   CHECK_THROWS_WITH(packing_of(folder, "frame,id1,id2,N\n1,1,2,1\n", three_discs, no_such_step),
@@ -355,7 +433,7 @@ TEST_CASE("Lines of VTK are contacts, whose points are the particles") {
     return text.replace(text.find(from), from.size(), to);
   };
   for (const auto& [text, told] : std::vector<std::pair<std::string, std::string>>{
-           {changed(legacy, "2 2\nVECTORS", "2 nan\nVECTORS"), "cell 1: a force is no number"},
+           {changed(legacy, "2 2\nVECTORS", "2 nan\nVECTORS"), "cell 1: forcen is no number"},
            {changed(legacy, "2 2\nVECTORS", "2 x\nVECTORS"), "forcen has fewer numbers"},
            {changed(legacy, "2 2\nVECTORS", "2 9\nVECTORS"), "cell 1: N and T make a force of 9.01388"},
            {changed(legacy, "2 2 3", "2 2 9"), "cell 1 has a point 9 of 5"},
@@ -383,7 +461,7 @@ TEST_CASE("The distribution of normal forces adds up to one, and counts its erro
     packing.contacts.push_back(one);
   }
   double sum = 0, chi2 = 0;
-  for (const ForceBin& bin : normal_force_distribution(packing)) {
+  for (const ForceBin& bin : distribution(packing, Distributed::normal_force, 0)) {
     sum += bin.density * (bin.to - bin.from);
     if (bin.to > 3.05) continue;
     const double expected = (std::exp(-bin.from) - std::exp(-bin.to)) / (bin.to - bin.from);

@@ -164,12 +164,12 @@ class Reader {
     NumberTable table;
     Lines lines(text);
     char separator = 0;
-    std::string_view comment;  // the last one before the numbers, which may hold the names
+    std::vector<std::string_view> comments;  // before the numbers; one may hold the names
     for (std::string_view line; lines.next(line);) {
       line = trimmed(line);
       if (line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);
       if (line.empty() || line.starts_with('#') || line.starts_with('%')) {
-        if (separator == 0 && comment.empty() && !line.empty()) comment = trimmed(line.substr(1));
+        if (separator == 0 && !line.empty()) comments.push_back(trimmed(line.substr(1)));
         continue;
       }
       if (separator == 0) {
@@ -180,8 +180,9 @@ class Reader {
         std::vector<std::string> names;
         if (!numbers) {
           names = names_in(line, separator);
-        } else if (!comment.empty()) {
-          names = names_in(comment, separator_of(comment));
+        }
+        for (; numbers && names.empty() && !comments.empty(); comments.erase(comments.begin())) {
+          names = names_in(comments.front(), separator_of(comments.front()));
           if (names.size() != names_in(line, separator).size()) names.clear();  // a remark
         }
         table.named = !names.empty();
@@ -216,8 +217,9 @@ class Reader {
   void set_columns(const std::vector<std::string>& found, std::size_t line, NumberTable& table) const {
     const std::vector<std::string>& given = names_.given;
     table.columns = found;
-    if (!table.named && given.empty() && found.size() == names_.usual.size()) {
-      table.columns = names_.usual;
+    const auto usual = std::ranges::find(names_.usual, found.size(), &std::vector<std::string>::size);
+    if (!table.named && given.empty() && usual != names_.usual.end()) {
+      table.columns = *usual;
       table.usual = true;
     }
     if (given.empty() || renames(given)) return;
@@ -262,14 +264,16 @@ class Reader {
 }  // namespace
 
 void LineProblems::add(std::size_t line, std::string_view what) {
-  if (++count_ <= told_problems) told_ += fmt::format("\n  {} {}: {}", row_name_, line, what);
+  if (++count_ <= told_problems) told_.push_back(fmt::format("{}, {} {}: {}", file_.string(), row_name_, line, what));
 }
 
 void LineProblems::raise() const {
   if (count_ == 0) return;
-  throw InputError(
-      fmt::format("{} cannot be taken as it is:{}{}", file_.string(), told_,
-                  count_ > told_problems ? fmt::format("\n  and {} more {}s", count_ - told_problems, row_name_) : ""));
+  std::vector<std::string> told = told_;
+  if (count_ > told_problems) {
+    told.push_back(fmt::format("{}: {} more {}s of these kinds", file_.string(), count_ - told_problems, row_name_));
+  }
+  throw InputError(std::move(told));
 }
 
 NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf part)
@@ -299,6 +303,9 @@ NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf pa
                                    file_.string()));
     }
     table = read_vtk_table(file_, text_, part);
+  } else if (text_.substr(0, 4096).find("<graphml") != std::string::npos) {
+    throw InputError("{}: it is GraphML, of which contacts are not read; export the pile as csv, vtu or dump-local",
+                     file_.string());
   } else if (text_.find('\0') != std::string::npos) {
     throw InputError(fmt::format("{}: it is no text; give a table, a dump of LAMMPS or LIGGGHTS as text, or vtu or vtk",
                                  file_.string()));

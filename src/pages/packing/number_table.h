@@ -33,7 +33,7 @@ enum class TableOf { contacts, particles };
 /// How columns are called.
 struct ColumnNames {
   std::vector<std::string> given;  ///< in the place of those of the file, or "NAME=COLUMN" for some of them; or none
-  std::vector<std::string> usual;  ///< of a file without names that has as many
+  std::vector<std::vector<std::string>> usual;  ///< those of as many columns are taken for a file without names
 };
 
 /// A file of numbers, read once for all its steps.
@@ -73,7 +73,8 @@ class LineProblems {
 
  private:
   std::filesystem::path file_;
-  std::string row_name_, told_;
+  std::string row_name_;
+  std::vector<std::string> told_;
   std::size_t count_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "support/error.h"
@@ -29,6 +30,7 @@ const Meaning second_id{{"id2", "lower", "j", "particle2", "second"}};
 const Meaning first_point{{"point1"}}, second_point{{"point2"}};  // of VTK's lines
 const Meaning x1{{"x1", "x_upper"}}, y1{{"y1"}}, down1{{"z_upper"}, true};
 const Meaning x2{{"x2"}}, y2{{"y2"}};
+const Meaning z1{{"z1"}}, z2{{"z2"}}, force_z{{"fz"}}, z{{"z"}};  // beside x and y: out of their plane
 const Meaning branch_x{{"branch_x", "bx"}}, branch_y{{"branch_y", "by"}}, branch_down{{"branch_z"}, true};
 const Meaning normal{{"n", "fn", "f_n", "normal", "normal_force", "fnormal", "forcen"}};
 const Meaning tangential{{"t", "ft", "f_t", "tangential", "tangential_force", "shear", "absforcet"}};
@@ -42,9 +44,12 @@ const Meaning radius{{"radius", "r"}}, diameter{{"diameter", "d"}};
 /// PeGS writes no header: adjacencyMatrix.m and particleTrack.m tell the order. Its y counts down, as in images.
 const std::vector<std::string> pegs_contacts{"frame", "id1", "id2", "T", "N"};
 const std::vector<std::string> pegs_particles{"frame", "id", "x", "y", "radius", "edge"};
+const std::vector<std::string> pegs_particles_of_one_frame{"id", "x", "y", "radius", "edge"};
 
 /// Programs print some six digits: what differs by less, in shares, is the same.
 constexpr double rounded = 1e-4;
+/// Out of the plane of x and y: a share of a branch, a force or the whole width.
+constexpr double out_of_plane = 0.01;
 
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
@@ -153,6 +158,22 @@ class PackingReader {
       throw InputError(fmt::format("{}: {}, and id, x and y are needed; name them by --particle-columns",
                                    files_.particles.string(), columns_in(table)));
     }
+    if (const Column zs = ys.sign > 0 ? column_of(table, {&meaning::z}) : Column{}) {
+      const auto width_of = [&](const Column& column) {
+        double least = column(0), most = least;
+        for (std::size_t row = 1; row < table.rows(); ++row) {
+          least = std::min(least, column(row));
+          most = std::max(most, column(row));
+        }
+        return most - least;
+      };
+      if (width_of(zs) > out_of_plane * width_of(xs)) {
+        throw InputError(
+            "{}: its particles lie at different z, and packings here are two-dimensional; give --particle-columns y=z "
+            "for the plane of x and z, or old=z to leave z out",
+            files_.particles.string());
+      }
+    }
     periods_ = table.periods;
     LineProblems problems(files_.particles.empty() ? files_.contacts : files_.particles, table.row_name);
     std::optional<double> taken;
@@ -199,7 +220,7 @@ class PackingReader {
   }
 
   struct Columns {
-    Column id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy;
+    Column id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, z1, z2, fz;
     bool placed() const { return x1 && y1 && ((x2 && y2) || (branch_x && branch_y)); }
     bool forces() const { return fx && fy; }
   };
@@ -210,7 +231,9 @@ class PackingReader {
               column_of(table, {&meaning::x2}),       column_of(table, {&meaning::y2}),
               column_of(table, {&meaning::branch_x}), column_of(table, {&meaning::branch_y, &meaning::branch_down}),
               column_of(table, {&meaning::normal}),   column_of(table, {&meaning::tangential}),
-              column_of(table, {&meaning::force_x}),  column_of(table, {&meaning::force_y, &meaning::force_down})};
+              column_of(table, {&meaning::force_x}),  column_of(table, {&meaning::force_y, &meaning::force_down}),
+              column_of(table, {&meaning::z1}),       column_of(table, {&meaning::z2}),
+              column_of(table, {&meaning::force_z})};
     // Points of VTK's lines are its particles, unless others say what the particles are.
     if (!(c.id1 && c.id2) && particles_ == nullptr) {
       c.id1 = column_of(table, {&meaning::first_point});
@@ -245,6 +268,8 @@ class PackingReader {
     packing_.tangential = c.T || (c.forces() && !c.N);
     LineProblems problems(files_.contacts, table.row_name);
     std::unordered_map<std::uint64_t, std::size_t> seen;
+    std::unordered_set<std::size_t> twins;
+    std::vector<double> apart;
     std::vector<std::size_t> lines;
     for (const std::size_t row : rows_of_frame(table, files_.contacts, step_, packing_.step, packing_.steps)) {
       PackingContact one;
@@ -257,22 +282,20 @@ class PackingReader {
         const auto [low, high] = std::minmax(one.first, one.second);
         const auto [at, is_new] = seen.emplace((std::uint64_t{high} << 32U) ^ low, packing_.contacts.size());
         if (!is_new) {
-          const PackingContact& before = packing_.contacts[at->second];
+          PackingContact& before = packing_.contacts[at->second];
           const bool turned = before.first == one.second;
           const double side = turned ? -1 : 1;
           const double near = rounded * std::hypot(before.branch_x, before.branch_y);
           const bool same_place = !one.placed || (std::abs(one.branch_x - side * before.branch_x) <= near &&
                                                   std::abs(one.branch_y - side * before.branch_y) <= near);
-          if (same_place && (!turned || std::abs(one.N - before.N) > rounded * std::abs(before.N))) {
+          if (same_place && (!turned || !twins.insert(at->second).second)) {
             problems.add(table.lines[row],
-                         fmt::format("the contact of {} and {} stands in {} {}, too{}",
-                                     packing_.particles[one.first].id, packing_.particles[one.second].id,
-                                     table.row_name, lines[at->second], turned ? ", with another normal force" : ""));
+                         fmt::format("the contact of {} and {} stands in {} {}, too", packing_.particles[one.first].id,
+                                     packing_.particles[one.second].id, table.row_name, lines[at->second]));
+          } else if (same_place) {
+            apart.push_back(join(before, one));
           }
-          if (same_place) {
-            ++packing_.twins;
-            continue;
-          }
+          if (same_place) continue;
         }
       }
       packing_.contacts.push_back(one);
@@ -282,10 +305,27 @@ class PackingReader {
     if (packing_.contacts.empty())
       throw InputError(fmt::format("{}: there is no contact in it", files_.contacts.string()));
     point_away();
-    if (packing_.twins > 0) {
-      packing_.told.push_back(
-          fmt::format("{} lines tell a contact again from its other side, and count once", packing_.twins));
-    }
+    packing_.twins = apart.size();
+    if (apart.empty()) return;
+    std::nth_element(apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2), apart.end());
+    const double median = apart[apart.size() / 2];
+    packing_.told.push_back(fmt::format("{} lines tell a contact again from its other side, and count once{}",
+                                        apart.size(),
+                                        median > 0 ? fmt::format(", by the mean of both sides, whose forces "
+                                                                 "differ by {:.2g} % in the median",
+                                                                 100 * median)
+                                                   : ""));
+  }
+
+  /// Programs that measure each particle by itself tell two forces of a contact: their mean is taken, with the sign of
+  /// T as the first side has it, since not all turn it alike. How far the two differ, as a share of their mean.
+  static double join(PackingContact& one, const PackingContact& again) {
+    const double T = std::copysign(again.T, one.T);
+    const double apart = std::hypot(one.N - again.N, one.T - T), mean = std::hypot(one.N + again.N, one.T + T) / 2;
+    if (apart <= rounded * mean) return 0;
+    one.N = (one.N + again.N) / 2;
+    one.T = (one.T + T) / 2;
+    return apart / mean;
   }
 
   /// Fills a contact; what is wrong with it, or nothing.
@@ -297,6 +337,11 @@ class PackingReader {
       const double id = column(row);
       if (!is_id(std::abs(id))) return fmt::format("the id {:g} of a particle is no whole number up to 10^15", id);
       ids[k] = static_cast<std::int64_t>(id);
+    }
+    for (const Column* column : {&c.x1, &c.y1, &c.x2, &c.y2, &c.branch_x, &c.branch_y, &c.N, &c.T, &c.fx, &c.fy}) {
+      if (*column && !std::isfinite((*column)(row))) {
+        return fmt::format("{} is no number", column->table->columns[column->at]);
+      }
     }
     if (c.id1 && ids[0] < 0) return "the first particle is a wall; a wall, of a negative id, stands second";
     if (c.id1 && ids[0] == ids[1]) return fmt::format("the particle {} touches itself", ids[0]);
@@ -311,7 +356,8 @@ class PackingReader {
       one.first = place_of(ids[0], one.placed, one.x, one.y);
       if (one.first == PackingContact::wall) return fmt::format("there is no particle {}", ids[0]);
       if (ids[1] >= 0) {
-        one.second = place_of(ids[1], one.placed, one.x + one.branch_x, one.y + one.branch_y);
+        one.second = place_of(ids[1], one.placed, c.x2 ? c.x2(row) : one.x + one.branch_x,
+                              c.y2 ? c.y2(row) : one.y + one.branch_y);
         if (one.second == PackingContact::wall) return fmt::format("there is no particle {}", ids[1]);
       }
     }
@@ -324,7 +370,11 @@ class PackingReader {
       one.branch_y = c.branch_y ? c.branch_y(row) : nearest(b.y - a.y, 1);
     }
     const double length = std::hypot(one.branch_x, one.branch_y);
-    if (one.placed && !std::isfinite(one.x + one.y + length)) return "a place is no number";
+    if ((c.z1 && c.z2 && std::abs(c.z2(row) - c.z1(row)) > out_of_plane * length) ||
+        (c.fz && c.forces() && std::abs(c.fz(row)) > out_of_plane * std::hypot(c.fx(row), c.fy(row)))) {
+      return "it reaches out of the plane of x and y (z1, z2 or fz), and packings here are two-dimensional; give "
+             "--columns y1=z1,y2=z2,fy=fz for the plane of x and z, or old1=z1,old2=z2,old3=fz to leave z out";
+    }
     if (one.placed && length == 0) return "both particles are at one place, so that the contact has no direction";
     if (c.N) {
       one.N = c.N(row);
@@ -344,7 +394,6 @@ class PackingReader {
       one.N = (fx * one.branch_x + fy * one.branch_y) / length;
       one.T = (fy * one.branch_x - fx * one.branch_y) / length;
     }
-    if (!std::isfinite(one.N) || !std::isfinite(one.T)) return "a force is no number";
     return "";
   }
 
@@ -418,9 +467,11 @@ std::string known_contact_columns() { return "id1, id2, x1, y1, x2, y2, branch_x
 std::string known_particle_columns() { return "id, x, y, radius, diameter, frame"; }
 
 PackingSource::PackingSource(PackingFiles files)
-    : files_(std::move(files)), contacts_(files_.contacts, {files_.columns, pegs_contacts}, TableOf::contacts) {
+    : files_(std::move(files)), contacts_(files_.contacts, {files_.columns, {pegs_contacts}}, TableOf::contacts) {
   if (!files_.particles.empty()) {
-    particles_.emplace(files_.particles, ColumnNames{files_.particle_columns, pegs_particles}, TableOf::particles);
+    particles_.emplace(files_.particles,
+                       ColumnNames{files_.particle_columns, {pegs_particles, pegs_particles_of_one_frame}},
+                       TableOf::particles);
   } else if (contacts_.steps().empty() && contacts_.read({})->row_name == "cell") {
     NumberFile points(files_.contacts, {files_.particle_columns, {}}, TableOf::particles);
     if (column_of(*points.read({}), {&meaning::radius, &meaning::diameter})) particles_.emplace(std::move(points));

@@ -22,8 +22,27 @@
 namespace granuscope {
 namespace {
 
-/// Particles, as pale as can be seen; contacts lie over them.
+/// Particles; contacts lie over them.
 constexpr std::uint8_t particle_level = 14;
+/// Of the mark on a sliding contact, in mean diameters.
+constexpr double mark_width = 0.16;
+
+/// The halves of a contact across the edge of a periodic box, one at either particle, or all of it. A contact with a
+/// wall ends there, half way to where a like particle would be.
+std::vector<std::array<double, 4>> parts_of(const Packing& packing, const PackingContact& one) {
+  const bool of_wall = one.second == PackingContact::wall && one.first != PackingContact::wall;
+  const double share = one.second == PackingContact::wall ? 0.5 : 1;
+  if (!of_wall && one.second != PackingContact::wall) {
+    const Particle& second = packing.particles[one.second];
+    const double off = std::hypot(second.x - one.x - one.branch_x, second.y - one.y - one.branch_y);
+    if (off > 0.01 * packing.mean_diameter) {
+      const double half_x = one.branch_x / 2, half_y = one.branch_y / 2;
+      return {{one.x, one.y, one.x + half_x, one.y + half_y},
+              {second.x, second.y, second.x - half_x, second.y - half_y}};
+    }
+  }
+  return {{one.x, one.y, one.x + share * one.branch_x, one.y + share * one.branch_y}};
+}
 
 /// Elements sorted into strips of equal height, so that a band of the picture meets only what may reach into it.
 class Strips {
@@ -80,8 +99,11 @@ Extent extent_of(const Packing& packing, const SceneSpec& spec) {
   };
   for (const PackingContact& one : packing.contacts) {
     if (!one.placed) continue;
-    take(one.x, one.y, packing.mean_diameter / 2);
-    take(one.x + one.branch_x, one.y + one.branch_y, packing.mean_diameter / 2);
+    const auto parts = parts_of(packing, one);
+    for (const auto& [x0, y0, x1, y1] : parts) {
+      take(x0, y0, packing.mean_diameter / 2);
+      if (parts.size() == 1) take(x1, y1, packing.mean_diameter / 2);
+    }
   }
   for (const Particle& one : packing.particles) {
     if (std::isfinite(one.x) && one.radius > 0) take(one.x, one.y, one.radius);
@@ -126,9 +148,11 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
   scene.plot_height_px = size.height_px;
   scene.pixels_per_diameter = size.pixels_per_diameter;
 
+  const double beyond = spec.range ? std::max(1.0, (*spec.range)[1]) : 1;
   const double mean = packing.force_unit > 0 ? packing.force_unit : mean_force(packing);
   const auto value_of = [&](const PackingContact& one) {
-    if (friction) return one.N > 0 ? std::abs(one.T) / (mu * one.N) : 0;
+    if (friction && one.N <= 0) return one.T != 0 ? beyond : 0;  // no friction holds what does not press
+    if (friction) return std::abs(one.T) / (mu * one.N);
     return mean > 0 ? std::max(one.N / mean, 0.0) : 0;
   };
   MagnitudeHistogram seen;
@@ -141,7 +165,11 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
   const double top = seen.quantile(scale_quantile);
   std::array<double, 2> ends{0, !friction && top > 0 ? round_up(top) : 1};
   if (spec.range) ends = checked_range(*spec.range, Sign::one);
-  scene.values = {ends[0], ends[1], Sign::one, 255};
+  const auto slides = [&](const PackingContact& one) {
+    return !friction && mu >= 0 && std::abs(one.T) >= mu * one.N * (1 - sliding_share) && one.T != 0;
+  };
+  const bool marked = std::ranges::any_of(packing.contacts, slides);
+  scene.values = {ends[0], ends[1], Sign::one, marked ? levels_below_lines : 255, particle_level};
 
   const double d = packing.mean_diameter;
   const auto is_outside = [&](const Element& one) {
@@ -160,19 +188,23 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
       ++scene.counts.outside;
       continue;
     }
-    const double share = one.second == PackingContact::wall ? 0.5 : 1;
-    Element bar{one.x / d, -one.y / d, (one.x + share * one.branch_x) / d, -(one.y + share * one.branch_y) / d};
-    bar.level = scene.values.level(value_of(one));
-    bar.width = width_of(scene.glyph, scene.values.strength(bar.level));
-    if (is_outside(bar)) {
-      ++scene.counts.outside;
-    } else if (bar.level == 0 && spec.skip_invisible) {
-      ++scene.counts.too_faint;
-    } else {
-      bar.level = std::max<std::uint8_t>(bar.level, particle_level + 1);
-      ++scene.counts.drawn;
+    const std::uint8_t level = scene.values.level(value_of(one));
+    bool inside = false;
+    for (const auto& [x0, y0, x1, y1] : parts_of(packing, one)) {
+      Element bar{x0 / d, -y0 / d, x1 / d, -y1 / d};
+      bar.width = width_of(scene.glyph, scene.values.strength(level));
+      if (is_outside(bar)) continue;
+      inside = true;
+      if (level == 0 && spec.skip_invisible) continue;
+      bar.level = std::max<std::uint8_t>(level, particle_level + 1);
       elements.push_back(bar);
+      if (!slides(one)) continue;
+      const double x = (bar.x0 + bar.x1) / 2, z = (bar.z0 + bar.z1) / 2;
+      elements.push_back({x, z, x, z, mark_width, solid_line_level, Outline::bar});
     }
+    ++(!inside                             ? scene.counts.outside
+       : level == 0 && spec.skip_invisible ? scene.counts.too_faint
+                                           : scene.counts.drawn);
   }
   const auto strips = std::make_shared<const Strips>(std::move(elements), scene.extent);
   scene.elements = [strips](const Extent& region, const Scene::Visit& visit) { strips->visit(region, visit); };

@@ -4,15 +4,16 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <numeric>
 
 namespace granuscope {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-/// A contact slides where |T| reaches mu N to this share, and breaks Coulomb's law above it.
-constexpr double sliding_share = 1e-3, rounding = 1e-6;
-constexpr double bin_width = 0.1, last_bin = 10;
+/// Of the mean force: less is none.
+constexpr double rounding = 1e-6;
+constexpr double last_bin = 10;
 
 /// The largest eigenvalue of [[xx, xy], [xy, yy]] minus the other, and the angle of its direction from x, degrees.
 struct Anisotropy {
@@ -22,36 +23,6 @@ Anisotropy anisotropy(double xx, double xy, double yy) {
   constexpr double degrees = 180 / 3.14159265358979323846;
   const double angle = 0.5 * std::atan2(2 * xy, xx - yy) * degrees;
   return {std::hypot(xx - yy, 2 * xy), angle <= -90 + 1e-9 ? angle + 180 : angle};  // a direction is no vector
-}
-
-/// Sums over the contacts of each particle.
-struct OfParticle {
-  int contacts = 0;
-  double x = 0, y = 0;  ///< sum of forces
-  double torque = 0;    ///< about its centre
-  double largest = 0;   ///< force
-};
-
-std::vector<OfParticle> forces_on_particles(const Packing& packing) {
-  std::vector<OfParticle> sums(packing.particles.size());
-  for (const PackingContact& one : packing.contacts) {
-    const double length = std::hypot(one.branch_x, one.branch_y), force = std::hypot(one.N, one.T);
-    const double x = one.placed ? (one.N * one.branch_x - one.T * one.branch_y) / length : unknown;
-    const double y = one.placed ? (one.N * one.branch_y + one.T * one.branch_x) / length : unknown;
-    for (const bool of_first : {true, false}) {
-      const std::size_t at = of_first ? one.first : one.second;
-      if (at == PackingContact::wall) continue;
-      OfParticle& sum = sums[at];
-      const double radius = packing.particles[at].radius;
-      ++sum.contacts;
-      sum.x += of_first ? -x : x;
-      sum.y += of_first ? -y : y;
-      // The point of contact lies a radius along the branch, seen from either side; so both arms turn alike.
-      sum.torque += radius > 0 && packing.tangential ? -radius * one.T : unknown;
-      sum.largest = std::max(sum.largest, force);
-    }
-  }
-  return sums;
 }
 
 /// The least number that this share of all do not exceed; of one half the mean of both such.
@@ -177,23 +148,54 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
   return numbers;
 }
 
-std::vector<ForceBin> normal_force_distribution(const Packing& packing) {
-  const double mean = mean_force(packing);
-  if (!(mean > 0)) return {};
-  std::vector<double> counts(static_cast<std::size_t>(std::lround(last_bin / bin_width)));
+std::vector<OfParticle> forces_on_particles(const Packing& packing) {
+  std::vector<OfParticle> sums(packing.particles.size());
+  for (const PackingContact& one : packing.contacts) {
+    const double length = std::hypot(one.branch_x, one.branch_y), force = std::hypot(one.N, one.T);
+    const double x = one.placed ? (one.N * one.branch_x - one.T * one.branch_y) / length : unknown;
+    const double y = one.placed ? (one.N * one.branch_y + one.T * one.branch_x) / length : unknown;
+    for (const bool of_first : {true, false}) {
+      const std::size_t at = of_first ? one.first : one.second;
+      if (at == PackingContact::wall) continue;
+      OfParticle& sum = sums[at];
+      const double radius = packing.particles[at].radius;
+      ++sum.contacts;
+      sum.x += of_first ? -x : x;
+      sum.y += of_first ? -y : y;
+      // The point of contact lies a radius along the branch, seen from either side; so both arms turn alike.
+      sum.torque += radius > 0 && packing.tangential ? -radius * one.T : unknown;
+      sum.largest = std::max(sum.largest, force);
+    }
+  }
+  return sums;
+}
+
+std::vector<ForceBin> distribution(const Packing& packing, Distributed of, double mu) {
+  constexpr double half_turn = 180;
+  const double mean = mean_force(packing), cone = std::isfinite(mu) ? mu : 1;
+  const bool of_forces = of != Distributed::direction;
+  if ((of_forces && !(mean > 0)) || (of == Distributed::friction && (!packing.tangential || !(cone > 0)))) return {};
+  const double width = of == Distributed::normal_force ? 0.1 : of == Distributed::friction ? 0.05 : 10;
+  const double end = of_forces ? last_bin : half_turn;
+  std::vector<double> counts(static_cast<std::size_t>(std::lround(end / width)));
   double all = 0;
   for (const PackingContact& one : packing.contacts) {
-    if (one.N < 0) continue;
+    if (of_forces ? one.N < 0 || (of == Distributed::friction && one.N == 0) : !one.placed) continue;
     ++all;
-    const double place = one.N / mean / bin_width;
-    if (place < static_cast<double>(counts.size())) ++counts[static_cast<std::size_t>(place)];
+    double value = one.N / mean;
+    if (of == Distributed::friction) value = std::abs(one.T) / (cone * one.N);
+    if (!of_forces) {
+      value = std::atan2(one.branch_y, one.branch_x) * half_turn / std::numbers::pi;
+      value = std::fmod(value + half_turn, half_turn);
+    }
+    if (value < end) ++counts[std::min(static_cast<std::size_t>(value / width), counts.size() - 1)];
   }
   std::vector<ForceBin> bins;
   std::size_t used = counts.size();
-  while (used > 0 && counts[used - 1] == 0) --used;
+  while (of_forces && used > 0 && counts[used - 1] == 0) --used;
   for (std::size_t k = 0; k < used; ++k) {
-    const double from = static_cast<double>(k) * bin_width, unit = all * bin_width;
-    bins.push_back({from, from + bin_width, counts[k] / unit, std::sqrt(counts[k]) / unit});
+    const double from = static_cast<double>(k) * width, unit = all * width;
+    bins.push_back({from, from + width, counts[k] / unit, std::sqrt(counts[k]) / unit});
   }
   return bins;
 }

@@ -45,6 +45,7 @@ struct ValueScale {
   double low = 0, high = 1;
   Sign sign = Sign::one;
   int most_levels = 255;  ///< fewer if levels are kept for lines over the picture
+  int disc_level = -1;    ///< of discs that stand for particles, not for values; -1: there are none
 
   std::uint8_t level(double value) const;
   /// -1 .. 1: the place of a level on the scale.

@@ -178,8 +178,9 @@ LevelTable make_level_table(const ColourScale& scale, const ValueScale& values, 
                             double samples_per_diameter) {
   LevelTable table;
   for (std::size_t level = 0; level < 256; ++level) {
-    if (static_cast<int>(level) > values.most_levels) {
-      const Rgb line = Palette::builtin().colour(level == solid_line_level ? "ray" : "envelope");
+    const bool disc = static_cast<int>(level) == values.disc_level;
+    if (disc || static_cast<int>(level) > values.most_levels) {
+      const Rgb line = Palette::builtin().colour(disc ? "disc" : level == solid_line_level ? "ray" : "envelope");
       table.colour[level] = table.full_colour[level] = line;
       table.ink[level] = 255;
       table.visible[level] = true;

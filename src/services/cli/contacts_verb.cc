@@ -30,7 +30,7 @@ namespace {
 constexpr double memory_of_text = 3;
 
 struct ContactsOptions {
-  std::string contacts, particles, columns, particle_columns, histogram, range, window;
+  std::string contacts, particles, columns, particle_columns, histogram, of = "N", on_particles, range, window;
   std::optional<double> step, period_x, period_y;
   double mu = std::numeric_limits<double>::quiet_NaN();
   bool json = false, transparent = false, has_mu = false;
@@ -68,12 +68,37 @@ std::string numbers_text(const std::vector<PackingNumber>& numbers, bool json) {
   return json ? text + "\n}\n" : aligned(text);
 }
 
-void write_histogram(const Packing& packing, const ContactsOptions& options) {
-  CsvTable table({"from: <N>", "to: <N>", "density: 1/<N>", "standard_error: 1/<N>"});
-  for (const ForceBin& bin : normal_force_distribution(packing)) {
+/// What --of names, with the unit of a value.
+struct NamedDistribution {
+  std::string_view name;
+  Distributed of;
+  std::string_view unit;
+};
+constexpr std::array<NamedDistribution, 3> distributions{{{"N", Distributed::normal_force, "<N>"},
+                                                          {"friction", Distributed::friction, "mu N"},
+                                                          {"direction", Distributed::direction, "degrees"}}};
+
+std::string histogram_of(const Packing& packing, const ContactsOptions& options) {
+  const auto& [name, of, unit] = *std::ranges::find(distributions, options.of, &NamedDistribution::name);
+  CsvTable table({fmt::format("from: {}", unit), fmt::format("to: {}", unit), fmt::format("density: 1/({})", unit),
+                  fmt::format("standard_error: 1/({})", unit)});
+  for (const ForceBin& bin : distribution(packing, of, options.mu)) {
     table.add_row({bin.from, bin.to, bin.density, bin.standard_error});
   }
-  OutputFile{options.histogram, options.image.force}.write(table.text(), {options.contacts, options.particles});
+  return table.text();
+}
+
+/// Who is off balance.
+std::string particles_table(const Packing& packing) {
+  CsvTable table({"id: dimensionless", "x: of the file", "y: of the file", "contacts: dimensionless",
+                  "force_x: of the file", "force_y: of the file", "torque: of the file", "largest_force: of the file"});
+  const std::vector<OfParticle> sums = forces_on_particles(packing);
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const Particle& one = packing.particles[k];
+    table.add_row({static_cast<double>(one.id), one.x, one.y, static_cast<double>(sums[k].contacts), sums[k].x,
+                   sums[k].y, sums[k].torque, sums[k].largest});
+  }
+  return table.text();
 }
 
 ImageMetadata metadata_of(const ContactsOptions& options) {
@@ -121,20 +146,22 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   if (options.has_mu && !(options.mu >= 0 && std::isfinite(options.mu))) {
     throw InputError("--mu is a friction coefficient: give a number from 0 on");
   }
-  if (options.image.asked() && options.image.path == options.histogram) {
-    throw InputError("the picture and the histogram have one name; give them two");
+  const std::array<std::string, 3> written{options.image.path, options.histogram, options.on_particles};
+  for (const std::string& one : written) {
+    if (!one.empty() && std::ranges::count(written, one) > 1) throw InputError("two files have the name {}", one);
   }
   for (const auto& period : {options.period_x, options.period_y}) {
     if (period && !(*period > 0 && std::isfinite(*period))) throw InputError("a period of the box is a length above 0");
   }
   require_suffix(options.histogram, ".csv");
+  require_suffix(options.on_particles, ".csv");
   if (options.image.asked()) {
     require_known_format(options.image.path);
     options.image.require_free({options.contacts, options.particles});
   }
   std::error_code none;
   const auto bytes = std::filesystem::file_size(options.contacts, none);
-  if (!none) require_memory(memory_of_text * static_cast<double>(bytes));
+  if (!none) require_memory(memory_of_text * static_cast<double>(bytes), "give a file of fewer steps");
   const PackingSource source({options.contacts,
                               options.particles,
                               names_in(options.columns),
@@ -147,14 +174,17 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   }
   const Packing packing = source.read(options.step);
   for (const std::string& told : packing.told) context.err << single_line(told) << '\n';
-  if (packing.steps > 1 && packing.step) {
+  if (packing.steps > 1 && packing.step && !options.step) {
     context.err << fmt::format("step {:g} is taken, of {}; --step takes another\n", *packing.step, packing.steps);
   }
   if (options.image.asked()) draw(packing, options, context);
-  if (!options.histogram.empty()) {
-    write_histogram(packing, options);
-    context.wrote(options.histogram);
-  }
+  const auto write = [&](const std::string& file, const std::string& text) {
+    if (file.empty()) return;
+    OutputFile{file, options.image.force}.write(text, {options.contacts, options.particles});
+    context.wrote(file);
+  };
+  if (!options.histogram.empty()) write(options.histogram, histogram_of(packing, options));
+  if (!options.on_particles.empty()) write(options.on_particles, particles_table(packing));
   context.out << numbers_text(packing_numbers(packing, options.mu), options.json);
   return ExitCode::done;
 }
@@ -165,6 +195,7 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand(
       "contacts",
       "Tell the statistics of somebody's contact forces (LAMMPS, LIGGGHTS, YADE, PeGS, VTK, tables), and draw them");
+  verb->footer("Exit status: as granuscope --help says. Lengths and forces have the units of the file.");
   const auto options = std::make_shared<ContactsOptions>();
   verb->add_option("FILE", options->contacts,
                    "contacts: a `dump local` of LAMMPS or LIGGGHTS, a table with names of columns, PeGS' adjacency "
@@ -190,8 +221,14 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--period-y", options->period_y, "the same in y");
   verb->add_option("--mu", options->mu, "friction coefficient, for sliding contacts and violations of |T| <= mu N");
   verb->add_flag("--json", options->json, "the numbers as one JSON object");
-  verb->add_option("--histogram", options->histogram, "CSV file to write: how often N/<N> has a value, with errors");
-  verb->add_option("--scene", options->scene.scene, "forces: N over its mean; friction: |T|/(mu N)")
+  verb->add_option("--histogram", options->histogram, "CSV file to write: how often --of has a value, with errors");
+  verb->add_option("--of", options->of, "N (over its mean), friction (|T|/(mu N)) or direction (degrees from x)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"N", "friction", "direction"}));
+  verb->add_option("--on-particles", options->on_particles,
+                   "CSV file to write: contacts, sum of forces and torque of each particle");
+  verb->add_option("--scene", options->scene.scene,
+                   "forces: N over its mean, with --mu a dot on those that slide; friction: |T|/(mu N)")
       ->capture_default_str();
   add_page_options(*verb, options->page, "width of the picture: 1600 (pixels), 86mm, 8.6cm or 3.37in");
   verb->add_option("--dpi", options->scene.dpi, "pixels per inch; text is laid out in points")->capture_default_str();
@@ -212,7 +249,7 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
       ->check(CLI::Range(0, 4096));
   verb->callback([options, verb, &context] {
     if (!options->film.folder.empty()) {
-      for (const char* flag : {"--image", "--histogram", "--json", "--step", "--backend"}) {
+      for (const char* flag : {"--image", "--histogram", "--on-particles", "--json", "--step", "--backend"}) {
         if (verb->count(flag) == 0) continue;
         throw CLI::ValidationError(
             fmt::format("{} has no meaning for a film, which shows all steps; leave it out", flag));

@@ -62,14 +62,6 @@ CLI::Validator output_file() {
       "", "");
 }
 
-namespace {
-
-std::string suffix_of(const std::string& file) {
-  return CLI::detail::to_lower(std::filesystem::path(file).extension().string());
-}
-
-}  // namespace
-
 std::string format_by_name(const std::string& file, const std::string& asked, std::span<const SuffixOfFormat> known,
                            bool others) {
   const std::string suffix = suffix_of(file);
@@ -119,13 +111,11 @@ std::string configuration_if_ensemble(const std::string& file) {
   }
 }
 
-void require_memory(double bytes) {
+void require_memory(double bytes, const char* advice) {
   const double memory = usable_memory();
   if (!(bytes > memory)) return;
-  throw EnvironmentError(
-      "about {} of memory are needed but this machine, or its container, has {}; make the pile smaller or use fewer "
-      "--threads",
-      describe_bytes(bytes), describe_bytes(memory));
+  throw EnvironmentError("about {} of memory are needed but this machine, or its container, has {}; {}",
+                         describe_bytes(bytes), describe_bytes(memory), advice);
 }
 
 }  // namespace granuscope

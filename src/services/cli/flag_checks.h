@@ -52,7 +52,7 @@ std::string configuration_if_ensemble(const std::string& file);
 
 /// Throws EnvironmentError if the usable memory is smaller than `bytes`: the system would only kill the program
 /// half way instead of refusing the memory.
-void require_memory(double bytes);
+void require_memory(double bytes, const char* advice = "make the pile smaller or use fewer --threads");
 
 /// Memory of one pile under work, per bead: its forces and what a solver keeps beside them, in bytes.
 inline constexpr double bytes_per_bead = 100;
