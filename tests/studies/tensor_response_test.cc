@@ -174,4 +174,24 @@ TEST_CASE("Stresses of real piles: few beads miss little of the closure, and wha
   const test::TemporaryFolder folder;
   const Figure figure = study->figures({}).at(0)(folder.path());
   CHECK(figure.id == "tensor-response");
+  CHECK(figure.failure == "");
+}
+
+TEST_CASE("Where nothing is missed but noise, the figure of the stresses is drawn without that share") {
+  const auto study = tensor_response_study();
+  MainLine main;
+  for (const Key& key : study->keys()) {
+    if (key.name == "mu") key.set(std::vector<double>{0.3});
+    if (key.name == "octaves") key.set(std::int64_t{1});
+    if (key.name == "columns") key.set(std::int64_t{120});
+    if (key.name == "samples") key.set(std::int64_t{256});
+  }
+  auto ensemble = study->ensembles(main).at(0);
+  study->add(ensemble, {ensemble.spec, run_ensemble(ensemble.spec, 0, nullptr)});
+  study->finish();
+  const auto json = study->json();
+  INFO(json.dump(1));
+  for (const auto& depth : json.at(0).at("depths")) CHECK(depth.at("missed_beside_gradient").at("value").is_null());
+  const test::TemporaryFolder folder;
+  CHECK(study->figures({}).at(0)(folder.path()).failure == "");
 }

@@ -134,8 +134,10 @@ Plotted plot_in(const std::filesystem::path& folder, const GnuplotJob& job, doub
 void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
   require_gnuplot();
   for (const auto& [name, csv] : job.data) {
-    if (const std::string column = column_without_numbers(csv); !column.empty()) {
-      fail(job, fmt::format("column {} of {} holds no number at all", column, name));
+    const std::vector<std::string> names = columns_without_numbers(csv);
+    const auto name_of_none = std::ranges::find_if(names, [](const std::string& one) { return !one.empty(); });
+    if (job.all_columns && name_of_none != names.end()) {
+      fail(job, fmt::format("column {} of {} holds no number at all", *name_of_none, name));
     }
   }
 
@@ -236,24 +238,20 @@ std::vector<std::string> cells(const std::string& line) {
 
 }  // namespace
 
-std::string column_without_numbers(const std::string& csv) {
+std::vector<std::string> columns_without_numbers(const std::string& csv) {
   std::stringstream lines(csv);
   std::string line;
   std::getline(lines, line);
-  const std::vector<std::string> names = cells(line);
-  std::vector<bool> has_number(names.size(), false);
+  std::vector<std::string> names = cells(line);
   while (std::getline(lines, line)) {
     const std::vector<std::string> row = cells(line);
     for (std::size_t i = 0; i < row.size() && i < names.size(); ++i) {
       char* end = nullptr;
       const double number = std::strtod(row[i].c_str(), &end);
-      if (end != row[i].c_str() && *end == '\0' && std::isfinite(number)) has_number[i] = true;
+      if (end != row[i].c_str() && *end == '\0' && std::isfinite(number)) names[i].clear();
     }
   }
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!has_number[i]) return names[i];
-  }
-  return {};
+  return names;
 }
 
 namespace {

@@ -9,9 +9,9 @@
 #include "support/csv.h"
 
 namespace granuscope {
-/// The first column of a CSV text (lines of names and units, numbers) that holds no finite number, or nothing: a curve
-/// plotted from it would silently be empty.
-std::string column_without_numbers(const std::string& csv);
+/// Of each column of a CSV text (lines of names and units, numbers) its name if it holds no finite number, or nothing:
+/// a curve plotted from it would silently be empty.
+std::vector<std::string> columns_without_numbers(const std::string& csv);
 
 /// What the file of a figure says of itself, wherever it is taken to: an SVG in <title> and <desc>, a PDF in its
 /// document information.
@@ -50,6 +50,7 @@ struct GnuplotJob {
   int curves = 0;  ///< plot elements without a title, each with at least one visible mark (titles come by keyentry)
   /// Other than 0: plotted once more, so many inches wide, as <stem>-narrow.svg; the script takes `only` and `width`.
   double narrow_inches = 0;
+  bool all_columns = true;  ///< each column of the data is plotted, and has to hold a number
 };
 
 /// "plot" for "plot-narrow.svg", the plot of a narrow screen.

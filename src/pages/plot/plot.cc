@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdlib>
 #include <functional>
 #include <stdexcept>
 #include <utility>
@@ -318,8 +319,34 @@ bool add_last_run(Plot& plot, const std::filesystem::path& figures) {
 
 }  // namespace
 
-Figure plot_figure(const Plot& of_this_run, const Wording& wording, const std::filesystem::path& run_folder) {
+namespace {
+
+/// Leaves out the curves of which no value is known: real numbers may all be lost in noise. False, and nothing left
+/// out, where a panel would have none.
+bool leave_out_unknown(Plot& of_this_run) {
+  Plot plot = of_this_run;
+  std::map<std::string, std::vector<std::string>> without;
+  for (const auto& [file, csv] : plot.data) without[file] = columns_without_numbers(csv);
+  for (Panel& panel : plot.panels) {
+    std::erase_if(panel.curves, [&](const Curve& curve) {
+      const std::size_t colon = curve.columns.find(':');
+      if (curve.file.empty() || colon == std::string::npos) return false;
+      const auto column = static_cast<std::size_t>(std::atoi(curve.columns.c_str() + colon + 1));  // 0: a formula
+      const std::vector<std::string>& names = without.at(curve.file);
+      return column > 0 && column <= names.size() && !names[column - 1].empty();
+    });
+    if (panel.curves.empty()) return false;
+  }
+  of_this_run = std::move(plot);
+  return true;
+}
+
+}  // namespace
+
+Figure plot_figure(const Plot& given, const Wording& wording, const std::filesystem::path& run_folder) {
   const std::filesystem::path folder = "figures";
+  Plot of_this_run = given;
+  const bool some_may_lack = !has_template(own_script(wording.captions)) && leave_out_unknown(of_this_run);
   Plot plot = of_this_run;
   const bool with_last = add_last_run(plot, run_folder / folder);
   Figure figure;
@@ -339,6 +366,7 @@ Figure plot_figure(const Plot& of_this_run, const Wording& wording, const std::f
   }
   job.recipe = recipe_json(recipe);
   job.label = FileLabel{figure.title, figure.redraw, provenance_line(collect_provenance())};
+  job.all_columns = !some_may_lack;
   job.curves = plot.other_curves;
   for (const Panel& panel : of_this_run.panels) job.curves += static_cast<int>(panel.curves.size());
   job.narrow_inches = plot.half_width ? 0 : narrow_plot_width_inches;
