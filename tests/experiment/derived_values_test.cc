@@ -1,6 +1,7 @@
 #include "experiment/derived_values.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -194,4 +195,38 @@ TEST_CASE("What is wrong with report and gate is told at once") {
   CHECK_THAT(all, Contains("x.toml:2:1: report.about: ") && Contains("x.toml:3:1: report.key_figure: ") &&
                       Contains("did you mean dispersion?") && Contains("x.toml:5:1: gate.expect.foo: ") &&
                       Contains("x.toml:6:1: gate.expect.noise: "));
+}
+
+TEST_CASE("A window that says where it begins goes as deep as the piles allow") {
+  for (const int first : {60, 100}) {
+    const Experiment one = parse_experiment(fmt::format("[fit]\nfirst_layer = {}\n", first), "x.toml");
+    INFO(first << " to " << one.fit.last_layer << " of " << one.lattice.layers);
+    CHECK(one.fit.last_layer >= 179);
+    CHECK(one.fit.last_layer - first >= 70);
+  }
+  const Experiment deep = parse_experiment("[fit]\nfirst_layer = 180\n", "x.toml");
+  CHECK(deep.fit.last_layer > 300);
+  CHECK(deep.lattice.layers == deep.fit.last_layer + 21);
+}
+
+TEST_CASE(
+    "Rules across keys are told together, whichever of them the fit breaks, and a scan of friction keeps its range") {
+  const auto messages_of = [](const char* text) -> std::vector<std::string> {
+    try {
+      (void)parse_experiment(text, "x.toml");
+    } catch (const InputError& error) {
+      return error.messages();
+    }
+    return {};
+  };
+  const auto all = messages_of(
+      "[lattice]\nlayers = 120\n[friction]\nmu = [0.1, 0.2, 0.3]\n[fit]\nlast_layer = 119\n"
+      "[figures.response_profiles]\nmu = 0.5\nlayers = [110]\n");
+  REQUIRE(all.size() == 3);
+  const std::string joined = fmt::format("{}", fmt::join(all, "\n"));
+  for (const char* key : {"fit.last_layer", "figures.response_profiles.mu", "figures.response_profiles.layers"})
+    CHECK_THAT(joined, Contains(key));
+  const auto scan = messages_of("[scan]\nvalues = [1, 2]\n");
+  REQUIRE_FALSE(scan.empty());
+  CHECK_THAT(scan.front(), Contains("x.toml:2") && Contains("with mu = 2 no pile can be drawn") && Contains("1.732"));
 }

@@ -74,9 +74,10 @@ constexpr const char* no_fit = "the fit of the double Gaussian did not converge"
 /// The verdict on the shape, chi^2 by the noise of this layer. None if nothing fits.
 std::optional<ShapeFit> judge_shape(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z / spectrum.pitch));
-  if (!whole) {
+  // A width of nothing that misses more than there is: a fit that is worse than none.
+  if (!whole || (whole->misfit_at_least > 1 && whole->shape.width < spec.min_identifiable_width)) {
     set_unknown(no_fit, spectrum, depth);
-    return whole;
+    return {};
   }
   depth.fit.evidence = weigh_peaks(spectrum, *whole);
   depth.fit.degrees_of_freedom = whole->degrees_of_freedom;

@@ -225,6 +225,13 @@ Number read_number(const std::string& text, const char* kind) {
   Number number{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error == std::errc() && end == text.data() + text.size()) return number;
+  if constexpr (std::is_integral_v<Number>) {  // 1e3 and 64.0 are whole, too
+    constexpr double most = 9007199254740992;  // up to which each whole number is a double
+    double real = 0;
+    const auto [end_of_real, wrong] = std::from_chars(text.data(), text.data() + text.size(), real);
+    const bool whole = wrong == std::errc() && end_of_real == text.data() + text.size() && real == std::floor(real);
+    if (whole && std::abs(real) <= most && (real >= 0 || std::is_signed_v<Number>)) return static_cast<Number>(real);
+  }
   const std::string shown = single_line(text);
   if (std::is_unsigned_v<Number> && text.starts_with('-')) throw InputError(shown + " is negative; give 0 or more");
   if (error == std::errc::result_out_of_range)

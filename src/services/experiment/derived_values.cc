@@ -199,14 +199,15 @@ class Derivation {
     const int deepest = e_.lattice.layers - margin() - 1;
     const int least = std::max(4, open("fit.first_layer") ? 0 : fit_.first_layer + least_window_depths - 1);
     int low = std::min(least, deepest);
-    for (; low < shallow && further_bases_ >= 0; further_bases_ -= usual_bases) {
+    do {
       int high = deepest;
       if (fits(high)) return high;
       while (low + 1 < high) {
         const int middle = std::midpoint(low, high);
         (fits(middle) ? low : high) = middle;
       }
-    }
+      further_bases_ -= usual_bases;
+    } while (low < shallow && further_bases_ >= 0);
     set_window(low);
     return low;
   }
@@ -237,7 +238,7 @@ class Derivation {
     }
     if (!columns_open) return;
     const double by_number = most_beads() / e_.lattice.layers;
-    const double columns = std::max(std::min<double>(usual.columns, by_number), columns_wanted());
+    const double columns = std::min(std::max<double>(usual.columns, columns_wanted()), by_number);
     constexpr int handy = 20;  // for the Fourier transforms
     const int unit =
         std::isfinite(by_number) ? cell() : std::lcm(unit_of_columns(), columns > usual.columns ? handy : 1);

@@ -127,12 +127,17 @@ double sums_memory(const Experiment& e) {
   return std::min(most_at_once, 3 * layer * layers_recorded) + copies_of_layer * layer;
 }
 
-Problem find_scan_problem(const Experiment& e) {
+Problem find_parameter_problem(const Experiment& e) {
   try {
     e.scanned();
   } catch (const InputError& error) {
     return problem("scan.parameter", "{}", error.what());
   }
+  return {};
+}
+
+Problem find_scan_problem(const Experiment& e) {
+  if (auto found = find_parameter_problem(e)) return found;
   const ScanParameter& scanned = e.scanned();
   const bool beads = e.sampling.model.has_contacts();
   if (beads && &scanned != &friction_parameter() && e.mu.size() != 1) {
@@ -143,12 +148,16 @@ Problem find_scan_problem(const Experiment& e) {
   for (const double value : e.scan_values()) {
     const SamplerSpec sampler = e.sampler_at(value);
     Problem found = find_problem(sampler);
+    const double limit = BeadGeometry(e.lattice.angle).cotangent;
+    if (!found && sampler.model.has_contacts() && !(sampler.mu >= 0 && sampler.mu < limit)) {
+      found = problem("mu", "friction lies between 0 and {:.4g}, where the cone reaches the horizontal", limit);
+    }
     if (!found && !sampler.model.is_beads()) {
       found = find_problem(sampler.model, e.lattice);
       found = in_table(found && found->key == "columns" ? "lattice" : "model", found);
     }
     if (!found) continue;
-    if (e.scan.values.empty()) return found;
+    if (e.scan.values.empty()) return found->key == "mu" ? problem("friction.mu", "{}", found->message) : found;
     return problem("scan.values", "with {} = {} no pile can be drawn: {}", scanned.name, value, found->message);
   }
   if (beads) return {};
@@ -249,29 +258,34 @@ Problem find_precision_problem(const Experiment& e) {
   return {};
 }
 
-Problem find_figure_problem(const Experiment& e) {
+std::vector<KeyProblem> find_figure_problems(const Experiment& e) {
   const FigureSpec& figures = e.figures;
-  if (!figures.response_profiles) return {};
+  std::vector<KeyProblem> problems;
+  if (!figures.response_profiles) return problems;
   const int last_usable = e.lattice.layers - bottom_margin_of(e.sampling.model) - 1;
   const bool of_friction = &e.scanned() == &friction_parameter();
   if (of_friction && std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
-    return problem("figures.response_profiles.mu",
-                   "{} is not one of friction.mu = [{}], so that there is no response to plot; choose one of them "
-                   "or set figures.response_profiles.show = false",
-                   figures.profile_mu, fmt::join(e.mu, ", "));
+    problems.push_back(
+        {"figures.response_profiles.mu",
+         fmt::format("{} is not one of friction.mu = [{}], so that there is no response to plot; choose one of them "
+                     "or set figures.response_profiles.show = false",
+                     figures.profile_mu, fmt::join(e.mu, ", "))});
   }
+  const char* const layers = "figures.response_profiles.layers";
   if (figures.profile_layers.empty() || figures.profile_layers.size() > 8) {
-    return problem("figures.response_profiles.layers", "{} layers cannot be shown in one figure; give 1 to 8",
-                   figures.profile_layers.size());
+    problems.push_back(
+        {layers, fmt::format("{} layers cannot be shown in one figure; give 1 to 8", figures.profile_layers.size())});
   }
   for (const int layer : figures.profile_layers) {
     if (layer <= last_usable) continue;
-    return problem("figures.response_profiles.layers",
-                   "layer {} is not usable: with lattice.layers = {} the usable ones are 0 to {}; choose among them or "
-                   "compute {} layers",
-                   layer, e.lattice.layers, last_usable, std::int64_t{layer} + e.lattice.layers - last_usable);
+    problems.push_back(
+        {layers,
+         fmt::format(
+             "layer {} is not usable: with lattice.layers = {} the usable ones are 0 to {}; choose among them or "
+             "compute {} layers",
+             layer, e.lattice.layers, last_usable, std::int64_t{layer} + e.lattice.layers - last_usable)});
   }
-  return {};
+  return problems;
 }
 
 // The two peaks run apart on either side and would meet again behind the ring. Up to c0 they stay clear of each other
@@ -520,9 +534,9 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
   problems.add(find_text_problem(e));
   if (!problems.add(find_rejection_problem(e))) return problems.all;
   const bool sized = problems.add(find_size_problem(e));
-  bool good = sized;
-  good = problems.add_ranges(e, "friction") && good;
-  good = problems.add_ranges(e, "scan") && good;
+  bool scanned = problems.add_ranges(e, "friction");
+  scanned = problems.add_ranges(e, "scan") && scanned;
+  bool good = sized && scanned;
   // Where a room knows its limits, it says best what is wrong; then what is left.
   if (good) {
     for (const auto find : {find_sampling_problem, find_response_problem, find_scan_problem}) {
@@ -532,14 +546,20 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
   if (sized) {
     good = problems.add(in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) && good;
   }
-  good = problems.add_ranges(e) && good;
-  const bool shown = good && problems.add(find_figure_problem(e));
-  if (shown) good = problems.add(find_ensemble_problem(e));  // it records the layers of figures
+  const bool ranged = problems.add_ranges(e);
+  good = ranged && good;
+  bool shown = sized && ranged && problems.add(find_parameter_problem(e));
+  if (shown) {
+    for (KeyProblem& one : find_figure_problems(e)) shown = problems.add(std::move(one)) && shown;
+  }
+  if (good && shown) good = problems.add(find_ensemble_problem(e));  // it records the layers of figures
   if (good) good = problems.add(find_angle_problem(e));
   problems.add(find_precision_problem(e));
   if (good) {
     problems.add(find_study_problem(e));
     if (shown) problems.add(find_ring_problem(e));
+  }
+  if (sized && ranged) {
     problems.add(find_scene_problem(e));
     for (const auto& [name, picture] : e.pictures) problems.add(find_picture_problem(e, name, picture));
   }
