@@ -13,9 +13,9 @@
 #include "support/plain_text.h"
 
 // The balances of beads whose contacts stand at another angle are those of 30 degrees with H stretched by
-// tan 30°/tan(angle); then only the cone differs, t/tan(angle) = 1 +- 2 mu/sin(2 angle) + mu^2/cos^2(angle). So to
-// leading order what a layer adds to W^2, in squared distances of neighbours, is the same at every angle over
-// mu^2/sin^2(2 angle); 1 - c/c0, of second order, is not: it has the shift of the cone in it.
+// tan 30°/tan(angle); then only the cone differs, t/tan(angle) = 1 +- 2 mu/sin(2 angle) + mu^2/cos^2(angle). Its shift,
+// the last term, is of the order of the squared width, as 1 - c/c0 and what a layer adds to W^2 are (by 1 - kappa,
+// which alone widens waves of a lattice): over mu^2/sin^2(2 angle) both depend on the angle, also as mu -> 0.
 namespace granuscope {
 namespace {
 

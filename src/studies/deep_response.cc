@@ -156,7 +156,7 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
     throw InputError(
         "the figure of the dispersion relation has nothing to show: no band of modes was fitted; give more piles");
   const Range axis = widened_by_factor(waves, 1.3), D_axis = widened_by_factor(diffusion, 1.3);
-  speeds.x = diffusions.x = log_axis("wave number k  (radians per bead diameter)", axis);
+  speeds.x = diffusions.x = log_axis("wave number k  (1/bead diameter)", axis);
   speeds.y = linear_axis("c(k) − c₀√κ", widened(speed, 0.06), 6, speed);
   diffusions.y = log_axis("D(k)", D_axis);
   const Style guide{.width = 0.9, .dash = 4};

@@ -55,7 +55,7 @@ TEST_CASE("Bad usage is status 2 with one message and no output") {
       {"sample", "--mu"},
       {"sample", "--mu", "much", "--statistics"},
       {"sample", "--columns", "99999999999", "--statistics"},
-      {"sample", "--columns", "1e3", "--statistics"},
+      {"sample", "--columns", "1.5e1.5", "--statistics"},
       {"sample", "--samples", "-4", "--statistics"},
       {"sample", "--seed", "-1", "--statistics"},
       {"sample", "--threads", "-1", "--statistics"},

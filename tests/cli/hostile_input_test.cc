@@ -160,7 +160,7 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
       {{"sample", "--columns", "0", "--out", pile}, 2, "0 columns is too narrow"},
       {{"new", "--mu", ",", "--error-of", "c=0.001"}, 2, "\",\" behind --mu is a list of nothing"},
       {{"sample", "--columns", "99999999999", "--out", pile}, 2, "so many beads in a row would need 9.6 TB of memory"},
-      {{"sample", "--layers", "1e3", "--out", pile}, 2, "--layers: 1e3 is not a whole number; write it in digits"},
+      {{"sample", "--layers", "12.5", "--out", pile}, 2, "--layers: 12.5 is not a whole number; write it in digits"},
       {{"sample", "--columns", "2147483647", "--layers", "2147483647", "--out", pile}, 3, "TB of memory are needed"},
       {{"sample", "--seed", "99999999999999999999", "--out", pile},
        2,

@@ -375,6 +375,7 @@ TEST_CASE("An article has title, numbers and figures of its run, and LaTeX sets 
     failed = failed || (claim["verdict"] == "not reproduced" && claim["beyond_paper"] == false);
   }
   const std::string metadata = read_file(target / "metadata.yaml"), content = read_file(target / "content.tex");
+  CHECK_THAT(content, Contains("They follow the law granusolve, and the estimator point measures the response"));
   CHECK_THAT(metadata, Contains(failed ? "title: \"[¬Re] Stress" : "title: \"[Re] Stress"));
   CHECK_THAT(metadata, Contains("name: \"A & B_C: \\\"50%\\\" 漢\"") && Contains("orcid: \"0000-0001-2345-6789\""));
   for (const auto& figure : summary["figures"]) {

@@ -183,7 +183,7 @@ TEST_CASE("a window is written as SVG and PDF, the same bytes again; a large sce
     return read_file(scratch / name);
   };
   const std::string svg = draw("a.svg"), pdf = draw("a.pdf");
-  CHECK(svg == draw("b.svg"));
+  CHECK(svg == draw("b.SVG"));
   CHECK(pdf == draw("b.pdf"));
   CHECK(svg.substr(svg.size() - 7) == "</svg>\n");
   CHECK_THAT(svg, Contains("clip-path") && Contains("drawn,"));

@@ -233,6 +233,12 @@ std::string aligned(std::string_view text) {
   return result;
 }
 
+std::string suffix_of(const std::filesystem::path& file) {
+  std::string suffix = file.extension().string();
+  for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return suffix;
+}
+
 std::string shell_word(const std::string& word) {
   const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
                      std::string::npos;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -36,6 +37,8 @@ std::string aligned(std::string_view text);
 
 /// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
 std::string shell_word(const std::string& word);
+/// Of a file, in small letters and with its point: ".png" of a.PNG.
+std::string suffix_of(const std::filesystem::path& file);
 
 /// "12.3 MB", "25.3 GB", "4.61e+08 TB": decimal prefixes, three digits, never less than a megabyte.
 std::string describe_bytes(double bytes);

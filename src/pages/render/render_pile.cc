@@ -63,7 +63,7 @@ SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::
 }  // namespace
 
 void require_known_format(const std::filesystem::path& image) {
-  const std::filesystem::path ending = image.extension();
+  const std::string ending = suffix_of(image);
   if (ending == ".png" || ending == ".svg" || ending == ".pdf") return;
   throw InputError(
       "'{}' ends neither in .png nor in .svg or .pdf, and no other format can be written; name a file ending so",
@@ -79,7 +79,7 @@ SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const st
   statistics.renderer = "level of detail";
   require_known_backend(spec.backend);
   Lap lap;
-  if (image_path.extension() != ".png") {
+  if (suffix_of(image_path) != ".png") {
     ImageMetadata all = describe(scene);
     all.insert(all.end(), metadata.begin(), metadata.end());
     const auto [width, height] = write_vector(image_path, scene, spec, all);

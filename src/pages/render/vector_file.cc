@@ -243,7 +243,7 @@ std::array<int, 2> write_vector(const std::filesystem::path& path, const Scene& 
   const Font font = font_of(spec);
   const Layout layout = lay_out(spec, scene, font);
   std::unique_ptr<VectorPage> page;
-  if (path.extension() == ".pdf") {
+  if (suffix_of(path) == ".pdf") {
     page = std::make_unique<PdfPage>(layout, spec.dpi, metadata);
   } else {
     page = std::make_unique<SvgPage>(layout, spec.dpi, metadata);

@@ -62,6 +62,16 @@ Json article_overlay(const Json& summary, const Json& provenance, const std::fil
                                   {"macro_D", macro(name + "/D")},
                                   {"scanned", {{"key", place_of_scanned(summary, i)}}}});
   }
+  overlay["sampled"] = "";
+  for (const Json& one : summary.at("results")) {
+    if (one.at("exact") == true) continue;
+    overlay["sampled"] =
+        fmt::format("They follow the law {}, and the estimator {} measures the response{}{}.",
+                    one.at("law").get<std::string>(), one.at("estimator").get<std::string>(),
+                    one.value("overloads", 1) > 1 ? ", with two overloads a pile where friction is small enough" : "",
+                    one.value("coupled", false) ? ", in groups of eight piles that share their random numbers" : "");
+    break;
+  }
   overlay["figures"] = Json::array();
   for (const Json& figure : summary.at("figures")) {
     const auto id = figure.at("id").get<std::string>();

@@ -195,10 +195,10 @@ constexpr std::array<std::pair<const char*, const char*>, 14> descriptions = {
      {"", "File of the run"}}};
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& what) {
-  throw InputError(
-      fmt::format("{0}: {1}, so that the archive would not be what a run made; run it again, granuscope run "
-                  "{0}/experiment.toml --out {0}, and pack it then",
-                  folder.string(), what));
+  throw InputError(fmt::format(
+      "{}: {}, so that the archive would not be what a run made; run it again, granuscope run {} --out {}, "
+      "and pack it then",
+      folder.string(), what, shell_word((folder / "experiment.toml").string()), shell_word(folder.string())));
 }
 
 /// A path as a relative reference of a URL.

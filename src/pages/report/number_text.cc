@@ -85,6 +85,8 @@ std::string format_number(const Json& value, std::string_view format) {
 
 std::string plain_value_with_error(double value, double standard_error) {
   constexpr int digits_if_exact = 6, smallest_exponent = -12;
+  constexpr double rounding = 1e-14;  // of a mean of numbers that are all the same
+  if (standard_error < rounding * std::abs(value)) standard_error = 0;
   return value_with_error(value, standard_error, digits_if_exact, smallest_exponent);
 }
 

@@ -123,8 +123,9 @@ void require_unchanged(const std::filesystem::path& run_folder, const std::strin
   if (changed.empty()) return;
   throw InputError(fmt::format(
       "{}: {} is not what the run left there, by the digest in manifest.json: it was changed or damaged since. Take it "
-      "from a backup, or make it again: granuscope run {}/experiment.toml --out {}",
-      run_folder.string(), changed, run_folder.string(), run_folder.string()));
+      "from a backup, or make it again: granuscope run {} --out {}",
+      run_folder.string(), changed, shell_word((run_folder / "experiment.toml").string()),
+      shell_word(run_folder.string())));
 }
 
 namespace {

@@ -229,7 +229,12 @@ std::string told_of_bottom(const RenderOptions& options) {
     return PileRange{0, 1, 0, 1};
   });
   const int kept = size.layers - bottom_margin;
-  if (kept <= 0 || (options.scene.window && (*options.scene.window)[3] < kept)) return "";
+  if (kept <= 0) {
+    return fmt::format(
+        "the lowest {} layers follow another law, since no failure below reaches up into them: all that are here\n",
+        bottom_margin);
+  }
+  if ((options.scene.window && (*options.scene.window)[3] < kept)) return "";
   return fmt::format(
       "the lowest {} layers follow another law, since no failure below reaches up into them; --window={:g},{:g},0,{} "
       "leaves them out\n",

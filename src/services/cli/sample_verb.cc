@@ -86,7 +86,7 @@ void check_flags(EnsembleSpec spec) {
   if (!found) return;
   found->key.erase(0, found->key.find('.') + 1);  // the table of a model
   Key named;
-  named.name = found->key;
+  named.name = found->key == "record_forces" ? "forces" : found->key;
   found->key = flag_of(named);
   refuse(found);
 }
