@@ -445,7 +445,8 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
 
 TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK(refusal("[lattice]\n  columns = 500.5\n") ==
-        "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; beads per layer, "
+        "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; write columns = 500, "
+        "for example: beads per layer, "
         "periodic in x; even or odd (4 to 1000000)");
   CHECK_THAT(refusal("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
   CHECK_THAT(refusal("[friction]\nmu = true\n"), Contains("must be a list of numbers but is true or false"));

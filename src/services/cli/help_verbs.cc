@@ -358,10 +358,9 @@ std::string experiment_page() {
       "\\fBgranuscope example\\fR prints experiments to start from, and \\fBgranuscope run\\fR \\fIFILE\\fR\n"
       "\\fB\\-\\-print\\-config\\fR one with every default resolved.\n.SH KEYS\n";
   std::istringstream rows(describe_experiment_keys());
-  int row_number = 0;
-  for (std::string row; std::getline(rows, row); ++row_number) {
+  for (std::string row; std::getline(rows, row);) {
     const std::vector<std::string> cells = cells_of(row);
-    if (row_number < 2 || cells.size() != 5) continue;  // the head of the table
+    if (!row.starts_with("| `") || cells.size() != 5) continue;  // no key, but a heading or the head of a table
     std::vector<std::string> facts{"default " + cells[1]};
     if (!cells[2].empty()) facts.push_back(cells[2]);
     if (!cells[3].empty()) facts.push_back(cells[3]);

@@ -313,9 +313,15 @@ class Reader {
     if (!value) {
       const std::string range = granuscope::describe(key.range, like);
       const std::string text = node.is_string() ? odd_sign_in(node.as_string()->get()) : "";
-      add_problem(at(position), fmt::format("{} must be {} but is {}{}; {}{}", key.path(), kind_of(like),
-                                            describe(node), text.empty() ? "" : " (" + text + ")", key.meaning,
-                                            range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
+      std::string example = print_value(like);
+      if (example.size() > 20 || example == "[]")
+        example = kind_of(like) == kind_of(std::vector<double>{})   ? "[0.1, 0.3]"
+                  : like.index() == KeyValue(NumberPairs{}).index() ? "[[0.1, 0.3]]"
+                                                                    : "[10, 20]";
+      add_problem(at(position),
+                  fmt::format("{} must be {} but is {}{}; write {} = {}, for example: {}{}", key.path(), kind_of(like),
+                              describe(node), text.empty() ? "" : " (" + text + ")", key.name, example, key.meaning,
+                              range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
       return;
     }
     try {

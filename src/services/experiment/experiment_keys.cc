@@ -248,6 +248,8 @@ std::string print_list(const List& list, Print print) {
   return "[" + text + "]";
 }
 
+}  // namespace
+
 std::string print_value(const KeyValue& value) {
   struct Visitor {
     std::string operator()(bool on) const { return on ? "true" : "false"; }
@@ -264,6 +266,8 @@ std::string print_value(const KeyValue& value) {
   };
   return std::visit(Visitor{}, value);
 }
+
+namespace {
 
 bool is_bare_key(std::string_view name) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
@@ -331,16 +335,30 @@ std::string print_changes(const Experiment& experiment) {
 std::string describe_experiment_keys() {
   Experiment defaults;
   defaults.pictures.try_emplace("<name>");
-  std::string text = "| key | default | unit | range | meaning |\n|---|---|---|---|---|\n";
-  const auto add_rows = [&text](const std::vector<Key>& keys) {
+  const std::vector<std::string_view> first{
+      "friction.mu",     "lattice.columns", "lattice.layers",     "lattice.angle",    "sampling.law",
+      "sampling.seed",   "model.name",      "response.estimator", "response.samples", "response.overload",
+      "fit.first_layer", "fit.last_layer",  "fit.scaling_window", "precision.c",      "figures.response_profiles.mu"};
+  std::string text = fmt::format("Fifteen that you will change first: `{}`.\n", fmt::join(first, "`, `"));
+  std::string table;
+  const auto begin_table = [&](const std::string& name, const std::string& example) {
+    table = name;
+    text += fmt::format(
+        "\n### [{0}]\n\n```toml\n[{0}]\n{1}\n```\n\n| key | default | unit | range | meaning "
+        "|\n|---|---|---|---|---|\n",
+        name, example);
+  };
+  const auto add_rows = [&](const std::vector<Key>& keys) {
     for (const Key& key : keys) {
       const KeyValue value = key.get();
+      if (key.table != table) begin_table(key.table, fmt::format("{} = {}", key.name, print_value(value)));
       text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", key.path(), print_value(value), key.unit,
                           describe(key.range, value), escape_table_cell(key.meaning));
     }
   };
   add_rows(keys_of(defaults));
   add_rows(picture_keys(defaults, "<name>"));
+  begin_table(expected_verdicts_table, "c-of-mu = \"not reproduced\"");
   text += fmt::format("| `{}.<claim>` | none | | | {} |\n", expected_verdicts_table, expected_verdicts_meaning);
   return text;
 }

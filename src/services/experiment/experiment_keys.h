@@ -14,6 +14,9 @@ inline std::vector<Key> keys_to_read(const Experiment& experiment) {
   return keys_of(const_cast<Experiment&>(experiment));
 }
 
+/// A value as an experiment file holds it.
+std::string print_value(const KeyValue& value);
+
 /// The table whose tables are pictures, each under a free name, and the keys of one of them, which the experiment must
 /// have.
 inline constexpr const char* pictures_table = "scenes.pictures";

@@ -332,7 +332,15 @@ std::vector<std::string> describe(const Comparison& comparison) {
       if (!comparison.numbers.empty()) lines.emplace_back("what both measured, not judged, since it need not agree:");
       for (const MovedNumber& one : comparison.numbers) lines.push_back(in_words(one));
   }
-  for (const std::string& changed : comparison.verdicts) lines.push_back("verdict changed: " + changed);
+  std::size_t tested_by_one = 0;  // what another experiment does not measure has not changed
+  for (const std::string& changed : comparison.verdicts) {
+    if (comparison.likeness == Likeness::other_experiment && changed.find("not tested") != std::string::npos) {
+      ++tested_by_one;
+    } else {
+      lines.push_back("verdict changed: " + changed);
+    }
+  }
+  if (tested_by_one > 0) lines.push_back(fmt::format("claims that only one of them tests: {}", tested_by_one));
   return lines;
 }
 
