@@ -125,31 +125,35 @@ bool fits_log_axes(const Transport& result) {
 
 std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.scanned()); }
 
+/// c against D on a logarithmic axis, on which a pile without friction has no place: the line of c0 stands for it.
+bool has_place(const Transport& result) { return has_both(result) && !result.exact && result.D.value > 0; }
+
 struct ScalingAxes {
   Range D, c;
   double c0 = tan30;
+
+  double across(double diffusion) const { return std::log(diffusion / D.low) / std::log(D.high / D.low); }
+  double up(double speed) const { return (speed - c.low) / c.size(); }
 };
+
+/// Where an error bar of D ends on a logarithmic axis, though D may be 0 within its error.
+double lower_end(const Estimate& D) { return std::max(D.value - D.standard_error, D.value / 3); }
 
 ScalingAxes make_axes(const std::vector<Transport>& results) {
   ScalingAxes axes;
   if (!results.empty()) axes.c0 = results.front().c0();
   axes.c.add(axes.c0);
-  axes.D.add(0);
   for (const Transport& result : results) {
-    if (!has_both(result)) continue;
-    axes.D.add(result.D.value, result.D.standard_error);
+    if (!has_place(result)) continue;
+    axes.D.add(lower_end(result.D));
+    axes.D.add(result.D.value + result.D.standard_error);
     axes.c.add(result.c.value, result.c.standard_error);
   }
-  const double D_size = std::max(axes.D.size(), 0.001), c_size = std::max(axes.c.size(), 0.001);
-  axes.D.low -= 0.05 * D_size;
-  axes.D.high += 0.05 * D_size;
+  const double c_size = std::max(axes.c.size(), 0.001);
+  axes.D = widened_by_factor(axes.D, 1.25);
   axes.c.low -= 0.07 * c_size;
   axes.c.high += 0.12 * c_size;  // room for the name of the point on the line of c0
   return axes;
-}
-
-Range share_of(double value, double error, const Range& axis) {
-  return range_of((value - error - axis.low) / axis.size(), (value + error - axis.low) / axis.size());
 }
 
 /// The height of both panels together, in inches, as the script lays them out.
@@ -161,9 +165,7 @@ void name_points(Panel& shown, const std::vector<Transport>& results, const Scal
   const double room = room_for_labels(shown.y.ticks, shown.left - shown.name);
   LabelledPanel panel{(shown.right - shown.left - room) * plot_width_inches, panel_height, {}, {}};
   std::vector<NamedPoint> points;
-  const auto place = [&axes](double D, double c) {
-    return PanelPlace{(D - axes.D.low) / axes.D.size(), (c - axes.c.low) / axes.c.size()};
-  };
+  const auto place = [&axes](double D, double c) { return PanelPlace{axes.across(D), axes.up(c)}; };
   panel.lines.push_back({place(axes.D.low, axes.c0), place(axes.D.high, axes.c0)});
   if (alpha.exponent.known() && alpha.intercept.known() && window_D.size() > 0) {
     const auto law = [&](double D) {
@@ -171,14 +173,16 @@ void name_points(Panel& shown, const std::vector<Transport>& results, const Scal
     };
     constexpr int pieces = 16;
     for (int k = 0; k < pieces; ++k) {
-      const double step = window_D.size() / pieces;
-      panel.lines.push_back({law(window_D.low + k * step), law(window_D.low + (k + 1) * step)});
+      const double step = std::pow(window_D.high / window_D.low, 1.0 / pieces), from = std::pow(step, k);
+      panel.lines.push_back({law(window_D.low * from), law(window_D.low * from * step)});
     }
   }
   for (const Transport& result : results) {
-    if (!has_both(result)) continue;
-    points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
-                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.scanned())});
+    if (!has_place(result)) continue;
+    const double c = result.c.value, error = result.c.standard_error;
+    points.push_back({place(result.D.value, c),
+                      range_of(axes.across(lower_end(result.D)), axes.across(result.D.value + result.D.standard_error)),
+                      range_of(axes.up(c - error), axes.up(c + error)), caption_number(result.scanned())});
   }
   add_names(shown, points, panel);
 }
@@ -228,13 +232,15 @@ PowerLawPanel law_panel(const Analysis& analysis) {
 }  // namespace
 
 Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder) {
-  CsvTable table({"mu: dimensionless", "D: bead diameters", "D_standard_error: bead diameters", "c: dimensionless",
-                  "c_standard_error: dimensionless"});
+  const std::vector<std::string> columns{"mu: dimensionless", "D: bead diameters", "D_standard_error: bead diameters",
+                                         "c: dimensionless", "c_standard_error: dimensionless"};
+  CsvTable inside(columns), outside(columns);
   for (const Transport& result : analysis.results) {
-    if (!has_both(result)) continue;
-    table.add_row({result.scanned(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
+    if (!has_place(result)) continue;
+    (in_window(result.scanned(), analysis.scaling.alpha.window) ? inside : outside)
+        .add_row({result.scanned(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
   }
-  if (table.empty()) {
+  if (inside.empty() && outside.empty()) {
     throw InputError(
         "the figure of c against D has nothing to show, because no friction coefficient has both; use more samples or "
         "deeper layers, or switch the figure off");
@@ -253,11 +259,13 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   const Ink blue{"blue", 7};
   Panel left = left_panel();
   left.right = 0.49;
-  left.x = linear_axis("diffusion coefficient D  (bead diameters)", axes.D, 6);
+  left.x = log_axis("diffusion coefficient D  (bead diameters)", axes.D);
   left.y = linear_axis("propagation coefficient c", axes.c, 7);
   name_points(left, analysis.results, axes, alpha, window_D);
   left.add_level(axes.c0, {.colour = "frame", .width = 0.8});
-  left.add(plot.add_data("points", table), "2:4:3:5", blue.both_bars(0.8, 0.5));
+  if (!inside.empty()) left.add(plot.add_data("points", inside), "2:4:3:5", blue.both_bars(0.8, 0.5));
+  if (!outside.empty())
+    left.add(plot.add_data("points-outside", outside), "2:4:3:5", Ink{"blue", 6}.both_bars(0.8, 0.5));
   plot.panels.push_back(left);
   const PowerLawShown law = add_power_law_panel(plot, law_panel(analysis));
   const bool with_law = law.law && window_D.size() > 0;
@@ -272,7 +280,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   plot.add_key("c₀ = tan 30°", {.colour = "frame", .width = 0.8});
   if (with_law) plot.add_key("fitted power law", blue.line(1.8));
   plot.add_key("the paper's exponent", {.width = 1.4, .dash = 3});
-  if (law.outside) plot.add_key("outside the window", Ink{"blue", 6}.points(0.55));
+  if (law.outside || !outside.empty()) plot.add_key("outside the window", Ink{"blue", 6}.points(0.55));
   return plot_figure(
       plot,
       {"plot/propagation_against_diffusion.captions",
