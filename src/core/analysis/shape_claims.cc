@@ -373,8 +373,8 @@ Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit) {
   claim.verdict = reversed != small.end() ? not_reproduced : overall ? reproduced : not_decided;
   const double fall = -growth(first.c, last.c), rise = growth(first.D, last.D);
   add_sentence(claim,
-               "From μ = {} to {} c falls from {} to {}, by {} standard errors, and D grows from {} to {}, by {}; at "
-               "least {} are required.",
+               "From μ = {} to {} c goes from {} to {}, a fall of {} standard errors, and D from {} to {}, a rise of {}; "
+               "at least {} are required.",
                first.scanned(), last.scanned(), value_with_error(first.c), value_with_error(last.c),
                significant(fall, 2), value_with_error(first.D), value_with_error(last.D), significant(rise, 2),
                significant(agreement, 2));
