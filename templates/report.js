@@ -192,10 +192,10 @@ function pileScene(article, chips) {
           }
         }
       };
-      if (on.weight || on.response) each((k, X, Y) => {
-        const share = on.response ? clamp(Math.abs(pile.response[k] || 0) / 500, 0, 1) : clamp(pile.weight[k] / heavy, 0, 1);
+      for (const response of [false, true]) if (response ? on.response : on.weight) each((k, X, Y) => {
+        const share = response ? clamp(Math.abs(pile.response[k] || 0) / 500, 0, 1) : clamp(pile.weight[k] / heavy, 0, 1);
         if (share < 0.02) return;
-        context.fillStyle = `rgba(${on.response ? pile.response[k] > 0 ? '214,58,47' : '43,116,196' : ink},${on.response ? share : 0.75 * share})`;
+        context.fillStyle = `rgba(${response ? pile.response[k] > 0 ? '214,58,47' : '43,116,196' : ink},${response ? share : 0.75 * share})`;
         circle(X, Y);
       });
       if (on.force || on.friction) each((k, X, Y) => {

@@ -71,11 +71,11 @@ bool StandardOutput::put_out() {
 namespace {
 
 constexpr const char* exit_codes =
-    "Exit status: 0 all was made; 1 a claim came out otherwise than expected (only with --gate); 2 the command line,\n"
-    "the experiment or a file cannot be used; 3 the machine lacks a program, OpenGL, space or permission; 4 "
-    "interrupted:\n"
-    "the same command goes on; 5 another run is at work in the folder. Lengths are in bead diameters, forces in loads "
-    "of one top bead.";
+    "Exit status: 0 all was made; 1 a claim came out otherwise than expected (with --gate), or a night alarms; 2 the\n"
+    "command line, the experiment or a file cannot be used; 3 the machine lacks a program, OpenGL, space or "
+    "permission\n"
+    "to write; 4 interrupted: the same command goes on; 5 another run is at work in the folder. Lengths are in bead\n"
+    "diameters, forces in loads of one top bead.";
 
 /// The flags on the command line that the verb does not have, each with the one that was probably meant; "" if there
 /// are none. CLI11 lists words without saying which of them is wrong.
@@ -148,6 +148,12 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   if (what == "CONFIG is required") {
     return "an experiment file is needed, since it says what to run; name one, or take a built-in one: granuscope "
            "example lists them";
+  }
+  constexpr std::string_view value = "Value ", out_of_range = " not in range ";  // also of what is no number
+  const std::size_t begins = what.find(value), ends = what.find(out_of_range);
+  if (begins != std::string::npos && ends != std::string::npos) {
+    what.replace(ends, out_of_range.size(), " is no number from ");
+    what.erase(begins, value.size());
   }
   constexpr std::string_view unconverted = "Could not convert: ";
   if (what.starts_with(unconverted)) {
