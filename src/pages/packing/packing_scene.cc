@@ -27,21 +27,31 @@ constexpr std::uint8_t particle_level = 14;
 /// Of the mark on a sliding contact, in mean diameters.
 constexpr double mark_width = 0.16;
 
-/// The halves of a contact across the edge of a periodic box, one at either particle, or all of it. A contact with a
-/// wall ends there, half way to where a like particle would be.
-std::vector<std::array<double, 4>> parts_of(const Packing& packing, const PackingContact& one) {
+/// The parts of a contact that are drawn, each from one place to another.
+struct Parts {
+  using Part = std::array<double, 4>;
+  std::array<Part, 2> both;
+  std::size_t count;
+  const Part* begin() const { return both.data(); }
+  const Part* end() const { return both.data() + count; }
+};
+
+/// All of a contact, or across the edge of a periodic box its halves, one at either particle. One with a wall ends
+/// there, half way to where a like particle would be.
+Parts parts_of(const Packing& packing, const PackingContact& one) {
   const bool of_wall = one.second == PackingContact::wall && one.first != PackingContact::wall;
-  const double share = one.second == PackingContact::wall ? 0.5 : 1;
-  if (!of_wall && one.second != PackingContact::wall) {
+  const double half_x = one.branch_x / 2, half_y = one.branch_y / 2;
+  if (one.second != PackingContact::wall) {
     const Particle& second = packing.particles[one.second];
     const double off = std::hypot(second.x - one.x - one.branch_x, second.y - one.y - one.branch_y);
     if (off > 0.01 * packing.mean_diameter) {
-      const double half_x = one.branch_x / 2, half_y = one.branch_y / 2;
-      return {{one.x, one.y, one.x + half_x, one.y + half_y},
-              {second.x, second.y, second.x - half_x, second.y - half_y}};
+      return {{{{one.x, one.y, one.x + half_x, one.y + half_y},
+                {second.x, second.y, second.x - half_x, second.y - half_y}}},
+              2};
     }
   }
-  return {{one.x, one.y, one.x + share * one.branch_x, one.y + share * one.branch_y}};
+  if (of_wall) return {{{{one.x, one.y, one.x + half_x, one.y + half_y}, {}}}, 1};
+  return {{{{one.x, one.y, one.x + one.branch_x, one.y + one.branch_y}, {}}}, 1};
 }
 
 /// Elements sorted into strips of equal height, so that a band of the picture meets only what may reach into it.
@@ -99,10 +109,10 @@ Extent extent_of(const Packing& packing, const SceneSpec& spec) {
   };
   for (const PackingContact& one : packing.contacts) {
     if (!one.placed) continue;
-    const auto parts = parts_of(packing, one);
+    const Parts parts = parts_of(packing, one);
     for (const auto& [x0, y0, x1, y1] : parts) {
       take(x0, y0, packing.mean_diameter / 2);
-      if (parts.size() == 1) take(x1, y1, packing.mean_diameter / 2);
+      if (parts.count == 1) take(x1, y1, packing.mean_diameter / 2);
     }
   }
   for (const Particle& one : packing.particles) {

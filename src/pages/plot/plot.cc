@@ -330,7 +330,7 @@ bool leave_out_unknown(Plot& of_this_run) {
   for (Panel& panel : plot.panels) {
     std::erase_if(panel.curves, [&](const Curve& curve) {
       const std::size_t colon = curve.columns.find(':');
-      if (curve.file.empty() || colon == std::string::npos) return false;
+      if (!without.contains(curve.file) || colon == std::string::npos) return false;
       const auto column = static_cast<std::size_t>(std::atoi(curve.columns.c_str() + colon + 1));  // 0: a formula
       const std::vector<std::string>& names = without.at(curve.file);
       return column > 0 && column <= names.size() && !names[column - 1].empty();
