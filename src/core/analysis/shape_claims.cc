@@ -372,12 +372,12 @@ Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit) {
   const bool overall = growth(first.c, last.c) < -agreement && growth(first.D, last.D) > agreement;
   claim.verdict = reversed != small.end() ? not_reproduced : overall ? reproduced : not_decided;
   const double fall = -growth(first.c, last.c), rise = growth(first.D, last.D);
-  add_sentence(claim,
-               "From μ = {} to {} c goes from {} to {}, a fall of {} standard errors, and D from {} to {}, a rise of {}; "
-               "at least {} are required.",
-               first.scanned(), last.scanned(), value_with_error(first.c), value_with_error(last.c),
-               significant(fall, 2), value_with_error(first.D), value_with_error(last.D), significant(rise, 2),
-               significant(agreement, 2));
+  add_sentence(
+      claim,
+      "From μ = {} to {} c goes from {} to {}, a fall of {} standard errors, and D from {} to {}, a rise of {}; "
+      "at least {} are required.",
+      first.scanned(), last.scanned(), value_with_error(first.c), value_with_error(last.c), significant(fall, 2),
+      value_with_error(first.D), value_with_error(last.D), significant(rise, 2), significant(agreement, 2));
   if (reversed != small.end()) {
     add_sentence(claim, "Between μ = {} and {} one of them goes the other way by more than that.",
                  (*reversed)->scanned(), (*(reversed + 1))->scanned());
