@@ -268,6 +268,20 @@ TEST_CASE("A parameter is carried whole: few files name one field of it") {
   CHECK(files.size() >= 3);  // declared, checked and used: else nothing was searched
 }
 
+TEST_CASE("Each room has a page of its own that begins with its name") {
+  std::set<fs::path> rooms;
+  for (const fs::path& file : sources_in(source_folder / "src")) {
+    const fs::path room = file.parent_path();
+    if (room.parent_path().filename() != "studies" && room != source_folder / "src") rooms.insert(room);
+  }
+  CHECK(rooms.size() > 15);
+  for (const fs::path& room : rooms) {
+    INFO(room);
+    REQUIRE(fs::exists(room / "README.md"));
+    CHECK(text_of(room / "README.md").starts_with("# " + room.filename().string() + ": "));
+  }
+}
+
 TEST_CASE("Nothing depends on where the project lies or on the machine that builds it") {
   // Spelt in two parts, so that this file does not find itself.
   const std::vector<std::string> forbidden{std::string("/ho") + "me/", std::string("/wo") + "rk/",

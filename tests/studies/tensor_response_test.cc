@@ -75,6 +75,18 @@ double value(const nlohmann::ordered_json& depth, const char* name) {
                                                                                   : number.at("value").get<double>();
 }
 
+/// The study at mu = 0.3 over two octaves of few beads.
+std::unique_ptr<Study> few_beads(std::int64_t samples) {
+  auto study = tensor_response_study();
+  for (const Key& key : study->keys()) {
+    if (key.name == "mu") key.set(std::vector<double>{0.3});
+    if (key.name == "octaves") key.set(std::int64_t{1});
+    if (key.name == "columns") key.set(std::int64_t{120});
+    if (key.name == "samples") key.set(samples);
+  }
+  return study;
+}
+
 }  // namespace
 
 TEST_CASE("Waves that one ratio closes are told by that ratio, and nothing is missed") {
@@ -148,14 +160,8 @@ TEST_CASE("The balance that sigma_xx is found by holds in every pile: its contac
 }
 
 TEST_CASE("Stresses of real piles: few beads miss little of the closure, and what is told is plotted") {
-  const auto study = tensor_response_study();
+  const auto study = few_beads(512);
   MainLine main;
-  for (const Key& key : study->keys()) {
-    if (key.name == "mu") key.set(std::vector<double>{0.3});
-    if (key.name == "octaves") key.set(std::int64_t{1});
-    if (key.name == "columns") key.set(std::int64_t{120});
-    if (key.name == "samples") key.set(std::int64_t{512});
-  }
   REQUIRE_FALSE(study->find_problem(main));
   const auto ensembles = study->ensembles(main);
   REQUIRE(ensembles.size() == 1);
@@ -178,15 +184,8 @@ TEST_CASE("Stresses of real piles: few beads miss little of the closure, and wha
 }
 
 TEST_CASE("Where nothing is missed but noise, the figure of the stresses is drawn without that share") {
-  const auto study = tensor_response_study();
-  MainLine main;
-  for (const Key& key : study->keys()) {
-    if (key.name == "mu") key.set(std::vector<double>{0.3});
-    if (key.name == "octaves") key.set(std::int64_t{1});
-    if (key.name == "columns") key.set(std::int64_t{120});
-    if (key.name == "samples") key.set(std::int64_t{256});
-  }
-  auto ensemble = study->ensembles(main).at(0);
+  const auto study = few_beads(256);
+  const StudyEnsemble ensemble = study->ensembles(MainLine{}).at(0);
   study->add(ensemble, {ensemble.spec, run_ensemble(ensemble.spec, 0, nullptr)});
   study->finish();
   const auto json = study->json();

@@ -351,7 +351,10 @@ std::string describe_experiment_keys() {
   const auto add_rows = [&](const std::vector<Key>& keys) {
     for (const Key& key : keys) {
       const KeyValue value = key.get();
-      if (key.table != table) begin_table(key.table, fmt::format("{} = {}", key.name, print_value(value)));
+      if (key.table != table) {
+        const std::string shown = print_value(value);
+        begin_table(key.table, fmt::format("{} = {}", key.name, shown == "[]" ? "[0.3]" : shown));
+      }
       text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", key.path(), print_value(value), key.unit,
                           describe(key.range, value), escape_table_cell(key.meaning));
     }
