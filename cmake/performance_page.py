@@ -1,19 +1,22 @@
 """Fills templates/docs/performance.md with the numbers that `granuscope bench SUITE --json FOLDER/SUITE.json` and
-examples/python/numpy_piles.py measured: a line `@@name@@` becomes the table of that name. Writes the page to standard
-output, and examples/figures/cost-for-equal-error.svg.
+other programs (MADE_BY) measured: a line `@@name@@` becomes the table of that name. Writes the page to standard output,
+and the numbers of its charts to CSV files in examples/figures, which cmake/performance_charts.gp draws.
 
     python3 cmake/performance_page.py out/bench
 """
 import json
 import math
 import pathlib
-import subprocess
 import sys
 import textwrap
 
-SUITES = ("sampler", "accuracy", "render", "numpy")
-MADE_BY = {"numpy": "python3 examples/python/numpy_piles.py --json {file}"}
-FIGURE = "examples/figures/cost-for-equal-error.svg"
+PLOTTERS = tuple(f"plotters-{side}" for side in (100, 300, 1000))  # beads along the side of a pile
+SUITES = ("sampler", "accuracy", "render", "numpy", "size", *PLOTTERS)
+MADE_BY = {"numpy": "python3 examples/python/numpy_piles.py --json {file}",
+           "size": "python3 cmake/time_with_size.py build/release/granuscope --json {file}",
+           **{name: "python3 tests/render/compare_plotters.py build/release/granuscope --columns {side} --layers {side} "
+                    "--json {file}" for name in PLOTTERS}}
+FIGURES = pathlib.Path("examples/figures")
 # The paper: 1000 x 1000 beads take "few minutes" on its G4 of 400 MHz. Three are taken here.
 PAPER_SECONDS_PER_BEAD, PAPER_PILES = 180e-6, 3461
 BEADS = 500 * 200
@@ -66,14 +69,12 @@ def measured(suite):
 
 def targets(suite):
     """How many of its limits a suite kept, and which not."""
-    missed = [f"{t['name']}: {digits(t['measured'], 3)}, {'at most' if 'at_most' in t else 'at least'} "
-              f"{t.get('at_most', t.get('at_least')):g} is wanted" for t in suite["targets"] if not t["met"]]
+    missed = [(t["name"], digits(t["measured"], 3), f"at most {t['at_most']:g}" if "at_most" in t else f"at least {t['at_least']:g}")
+              for t in suite["targets"] if not t["met"]]
     text = f"{len(suite['targets']) - len(missed)} of the suite's {len(suite['targets'])} limits were kept"
     if missed and waiting(suite) > 1.1:
-        text += "; a run beside other work does not judge the rest"
-    elif missed:
-        text += ", these were not: " + "; ".join(missed)
-    return paragraph(text + ".")
+        return paragraph(text + "; a run beside other work does not judge the rest.")
+    return paragraph(text + ".") + ("\n\n" + table(["limit not kept", "measured", "wanted"], missed) if missed else "")
 
 
 def sampler(suite):
@@ -183,39 +184,63 @@ def aims(suite):
                      ", and ".join(parts) + ".")
 
 
-def plot_costs(of):
-    """Two panels, c and D, with a curve for each method."""
-    colours = ("#7f7f7f", "#b15928", "#1f78b4", "#33a02c", "#e31a1c", "#6a3d9a")
-    blocks, curves = [], [[], []]
-    for k, (name, by_mu) in enumerate(of.items()):
-        lines = [f"{mu:g} {by_mu[mu][0]:.6g} {by_mu[mu][1]:.6g}" for mu in sorted(by_mu)]
-        blocks.append(f"$data{k} << EOD\n" + "\n".join(lines) + "\nEOD\n")
-        title = name.replace("`", "").split(", ε")[0]
-        for q in range(2):
-            curves[q].append(f"$data{k} using 1:{q + 2} with linespoints lc rgb '{colours[k]}' lw 1.5 pt {k + 4} ps 0.6 "
-                             f"title \"{title}\"")
-    script = "".join(blocks) + """set terminal svg size 760,360 dynamic background rgb 'white' font 'DejaVu Sans,11'
-set encoding utf8
-set multiplot
-set logscale y
-set format y '10^{%L}'
-set xrange [0.08:0.42]
-set yrange [0.1:3e7]
-set xlabel 'friction coefficient μ'
-set border 3
-set tics nomirror
-set key at screen 0.5,0.99 center top maxrows 2 samplen 1.5
-set tmargin at screen 0.8
-set bmargin at screen 0.15
-"""
-    for q, quantity in enumerate(("c_0 − c", "D")):
-        script += (f"set lmargin at screen {0.09 + 0.5 * q}\nset rmargin at screen {0.48 + 0.5 * q}\n"
-                   f"set ylabel 'processor seconds for 1 % of {quantity}'\n"
-                   f"paper = {PAPER_PILES * PAPER_SECONDS_PER_BEAD * BEADS:g}\n"
-                   "set label 1 'the paper: 3461 piles' at 0.415,paper*2.6 right textcolor rgb '#7f7f7f'\n"
-                   "plot " + ", ".join(curves[q]) + ", paper with lines lc rgb '#7f7f7f' dt 2 notitle\nunset key\n")
-    svg = subprocess.run(["gnuplot", "-d"], input=script, check=True, capture_output=True, text=True).stdout
-    pathlib.Path(FIGURE).write_text(svg, encoding="utf-8")
+def write_csv(name, head, units, rows):
+    lines = [",".join(head), "#" + ",".join(units), *(",".join(map(str, row)) for row in rows)]
+    (FIGURES / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def write_charts(suites):
+    """The numbers of the three charts."""
+    write_csv("cost-for-equal-error", ("method", "mu", "c0_minus_c", "D"), ("", "", "processor s for 1 %", "processor s for 1 %"),
+              [(name.replace("`", "").split(", ε")[0].replace(", ", " "), f"{mu:g}", *(f"{s:.4g}" for s in by_mu[mu]))
+               for name, by_mu in costs(suites).items() for mu in sorted(by_mu)])
+    write_csv("time-with-size", ("program", "mu", "columns", "layers", "piles", "processor_time", "memory"),
+              ("", "", "beads", "beads", "", "s", "MB"),
+              [(c["program"], c["mu"], c["columns"], c["layers"], c["piles"], f"{c['seconds']:.3g}",
+                f"{c['peak_bytes'] / 1e6:.0f}") for c in suites["size"]["cases"]])
+    write_csv("painting", ("program", "contacts", "processor_time"), ("", "", "us per contact"),
+              [(program, contacts, f"{us:.3g}") for program, contacts, us in painting(suites)])
+
+
+def painting(suites):
+    """Microseconds per contact, and the rows of the chart."""
+    names = {"granuscope, its own painter, all drawn": "granuscope", "Cairo": "Cairo", "gnuplot": "gnuplot",
+             "matplotlib": "matplotlib"}
+    rows = []
+    for suite in (suites[s] for s in PLOTTERS):
+        contacts = 2 * suite["columns"] * suite["layers"]
+        for name, shown in names.items():
+            rows.append((shown, contacts, 1e6 * suite["processor_seconds"][name] / contacts))
+    return rows
+
+
+def painting_table(suites):
+    rows = painting(suites)
+    programs = list(dict.fromkeys(row[0] for row in rows))
+    return table(["contacts", *programs], [[f"{n}", *(digits(us) for _, m, us in rows if m == n)]
+                                           for n in dict.fromkeys(row[1] for row in rows)])
+
+
+def size(suite):
+    """What a bead takes in piles of all sizes, and in NumPy."""
+    def per_bead(program, mu, square):
+        return [1e9 * c["seconds"] / (c["columns"] * c["layers"] * c["piles"]) for c in suite["cases"]
+                if (c["program"], c["mu"], c["columns"] == c["layers"]) == (program, mu, square)]
+
+    squares = [c["columns"] for c in suite["cases"] if c["columns"] == c["layers"]]
+    ranges = [f"{digits(min(ns))} to {digits(max(ns))} ns at μ = {mu:g}"
+              for mu, ns in ((mu, per_bead("granuscope", mu, True)) for mu in (0.1, 0.3))]
+    return paragraph("Time grows as the beads of all piles (left). In square piles of "
+                     f"{min(squares)} to {max(squares)} layers (right) a bead takes {' and '.join(ranges)}: drawing, checks, the "
+                     f"sums of the response, files. By NumPy it takes {digits(min(per_bead('NumPy', 0.1, False)) / 1e3)} µs "
+                     "at μ = 0.1.")
+
+
+def beside(suites):
+    """What the two charts of time were measured beside."""
+    wall, processor = (sum(sum(suites[s][key].values()) for s in PLOTTERS) for key in ("seconds", "processor_seconds"))
+    return paragraph("Both charts were measured beside other work on the same cores, which makes processor time longer, too."
+                     if wall > 1.5 * processor else "Both charts were measured on cores that did nothing else.")
 
 
 def render(suite):
@@ -235,7 +260,8 @@ def main(folder):
     for name in SUITES:
         file = pathlib.Path(folder) / f"{name}.json"
         if not file.is_file():
-            made_by = MADE_BY.get(name, f"granuscope bench {name} --json {{file}}").format(file=file)
+            made_by = MADE_BY.get(name, f"granuscope bench {name} --json {{file}}").format(
+                file=file, side=name.removeprefix("plotters-"))
             sys.exit(f"{file} is missing, so its numbers are; `{made_by}` makes it")
         suites[name] = json.loads(file.read_text(encoding="utf-8"))
     tables = {
@@ -246,8 +272,11 @@ def main(folder):
         "cost": cost(suites),
         "aims": aims(suites["accuracy"]),
         "render": render(suites["render"]),
+        "painting": painting_table(suites),
+        "size": size(suites["size"]),
+        "beside": beside(suites),
     }
-    plot_costs(costs(suites))
+    write_charts(suites)
     for name, suite in suites.items():
         if "measured" not in suite:
             continue

@@ -1,5 +1,7 @@
 // What readers get: documents within their budgets, in sentences that one can follow, whose links lead somewhere.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -7,6 +9,10 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "kit/temporary_folder.h"
+
+using namespace granuscope;
 
 namespace {
 
@@ -90,6 +96,7 @@ TEST_CASE("Documents keep to their budgets of words") {
                                    {"docs/guide.md", 1800},
                                    {"docs/nights.md", 500},
                                    {"docs/templates.md", 450},
+                                   {"docs/library.md", 700},
                                    {"CHANGELOG.md", 500},
                                    {"CONTRIBUTING.md", 1600}}) {
     INFO(name);
@@ -100,8 +107,9 @@ TEST_CASE("Documents keep to their budgets of words") {
 }
 
 TEST_CASE("Sentences of documents have at most 22 words on average") {
-  for (const char* name : {"README.md", "docs/guide.md", "docs/recipes.md", "docs/nights.md", "docs/templates.md",
-                           "docs/performance.md", "templates/docs/results.md", "CHANGELOG.md", "CONTRIBUTING.md"}) {
+  for (const char* name :
+       {"README.md", "docs/guide.md", "docs/recipes.md", "docs/nights.md", "docs/templates.md", "docs/library.md",
+        "docs/performance.md", "templates/docs/results.md", "CHANGELOG.md", "CONTRIBUTING.md"}) {
     const std::string prose = prose_of(text_of(name));
     const double mean = static_cast<double>(words_in(prose)) / static_cast<double>(sentences_in(prose));
     INFO(name << ": " << mean);
@@ -132,4 +140,78 @@ TEST_CASE("Links of documents lead to files and headings that are there") {
     }
   }
   CHECK(followed > 20);
+}
+
+TEST_CASE("docs/glossary.md has each word of templates/glossary.txt, in its order") {
+  INFO("`make -f Makefile.docs glossary` renews it");
+  const std::string page = text_of("docs/glossary.md");
+  std::istringstream lines(text_of("templates/glossary.txt"));
+  std::string rows;
+  std::size_t words = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t text = line.find(" = ");
+    if (line.starts_with("#") || text == std::string::npos) continue;
+    const std::size_t word = std::min(line.find(", "), text);
+    const std::string others = word == text ? "" : line.substr(word + 2, text - word - 2);
+    const std::string row = "| **" + line.substr(0, word) + "** | " + others + " | " + line.substr(text + 3) + " |\n";
+    CHECK(page.find(row) != std::string::npos);
+    rows += row;
+    ++words;
+  }
+  CHECK(words > 50);
+  std::string shown;
+  std::istringstream page_lines(page);
+  for (std::string line; std::getline(page_lines, line);) {
+    if (line.starts_with("| **")) shown += line + '\n';
+  }
+  CHECK(shown == rows);
+}
+
+TEST_CASE("The page of the library shows the program that a test builds, and headers that are installed") {
+  const std::string page = text_of("docs/library.md");
+  CHECK(page.find("```cpp\n" + text_of("examples/library/consumer.cc") + "```\n") != std::string::npos);
+  CHECK(page.find("```cmake\n" + text_of("examples/library/CMakeLists.txt") + "```\n") != std::string::npos);
+  std::string rooms = text_of("cmake/install.cmake");
+  rooms = rooms.substr(rooms.find("granuscope_library_rooms ") + 24);
+  rooms = rooms.substr(0, rooms.find(')')) + ' ';
+  const std::string core = "../src/core/";
+  std::size_t headers = 0;
+  for (const std::string& link : links_in(page)) {
+    if (!link.starts_with(core)) continue;
+    INFO(link);
+    CHECK(fs::is_regular_file(project / "docs" / link));
+    CHECK(rooms.find(' ' + link.substr(core.size(), link.find('/', core.size()) - core.size()) + ' ') !=
+          std::string::npos);
+    ++headers;
+  }
+  CHECK(headers == 12);  // as the page says
+}
+
+TEST_CASE("Charts of docs/performance.md are what the tables beside them give") {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> charts;
+  for (const std::string& link : links_in(text_of("docs/performance.md"))) {
+    if (!link.ends_with(".svg")) continue;
+    charts.push_back(fs::path(link).stem().string());
+    fs::copy_file(project / "examples/figures" / (charts.back() + ".csv"), folder / (charts.back() + ".csv"));
+  }
+  CHECK(charts.size() == 3);
+  const std::string command = "gnuplot -d -e \"folder='" + folder.path().string() +
+                              "'\" '" GRANUSCOPE_SOURCE_DIR "/cmake/performance_charts.gp'";
+  REQUIRE(std::system(command.c_str()) == 0);  // NOLINT(concurrency-mt-unsafe): nothing else runs
+  const auto plotted_by = [](const std::string& svg) {
+    const std::size_t at = svg.find("GNUPLOT ");
+    REQUIRE(at != std::string::npos);
+    return svg.substr(at, svg.find('\n', at) - at);
+  };
+  for (const std::string& chart : charts) {
+    std::ifstream file(folder / (chart + ".svg"));
+    const std::string plotted{std::istreambuf_iterator<char>(file), {}},
+        kept = text_of("examples/figures/" + chart + ".svg");
+    INFO(chart << ": `make -f Makefile.docs charts` renews it");
+    if (plotted_by(plotted) == plotted_by(kept))
+      CHECK(plotted == kept);
+    else
+      WARN(chart << " was plotted by another gnuplot, and not compared");
+  }
 }
