@@ -61,7 +61,7 @@ TEST_CASE("a program outside the project uses the installed library", "[long]") 
   const std::string prefix = (folder / "prefix").string();
   require_done(folder.path(), "cmake --install '" + build_folder + "' --prefix '" + prefix + "'");
   require_done(folder.path(), "cmake -S '" GRANUSCOPE_SOURCE_DIR
-                              "/tests/install/consumer' -B consumer -DCMAKE_BUILD_TYPE=Release "
+                              "/examples/library' -B consumer -DCMAKE_BUILD_TYPE=Release "
                               "-DCMAKE_PREFIX_PATH='" +
                                   prefix + "' && cmake --build consumer");
   require_done(folder.path(), "cd consumer && ./consumer");
