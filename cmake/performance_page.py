@@ -170,18 +170,13 @@ def aims(suite):
         return {estimator(s): s[quantity] for s in suite["speedup_by_options"]
                 if s["mu"] == mu and s[quantity] and estimator(s).startswith(names)}
 
-    parts = []
+    rows = []
     for mu, wanted in ((0.1, 9), (0.3, 4)):
-        c, D = (gains(mu, q, "`point`")["`point`, coupled"] for q in ("c_peaks", "D"))
-        parts.append(f"{digits(c)} (c) and {digits(D)} (D) at μ = {mu:g}, where {wanted} were wanted")
-    text = "The coupled form is cheaper than `point` by a factor of " + ", and ".join(parts) + ". "
-    parts = []
-    for mu in (0.1, 0.3):
-        c, D = (max(gains(mu, q, "`multiplexed`", "`fluctuation`").items(), key=lambda g: g[1]) for q in ("c_peaks", "D"))
+        coupled = (gains(mu, q, "`point`")["`point`, coupled"] for q in ("c_peaks", "D"))
+        linear = (max(gains(mu, q, "`multiplexed`", "`fluctuation`").values()) for q in ("c_peaks", "D"))
         thrust = max(gains(mu, "c_thrust", "").values())
-        parts.append(f"{digits(c[1])} (c; by c_thrust {digits(thrust)}) and {digits(D[1])} (D) at μ = {mu:g}")
-    return paragraph(text + "Of the linear response 300 were wanted, by the best estimator of each: it is " +
-                     ", and ".join(parts) + ".")
+        rows.append([f"{mu:g}", *map(digits, coupled), str(wanted), *map(digits, linear), digits(thrust), "300"])
+    return table(["μ", "coupled: c", "D", "wanted", "linear response: c", "D", "c_thrust", "wanted"], rows)
 
 
 def write_csv(name, head, units, rows):
@@ -231,9 +226,9 @@ def size(suite):
     ranges = [f"{digits(min(ns))} to {digits(max(ns))} ns at μ = {mu:g}"
               for mu, ns in ((mu, per_bead("granuscope", mu, True)) for mu in (0.1, 0.3))]
     return paragraph("Time grows as the beads of all piles (left). In square piles of "
-                     f"{min(squares)} to {max(squares)} layers (right) a bead takes {' and '.join(ranges)}: drawing, checks, the "
-                     f"sums of the response, files. By NumPy it takes {digits(min(per_bead('NumPy', 0.1, False)) / 1e3)} µs "
-                     "at μ = 0.1.")
+                     f"{min(squares)} to {max(squares)} layers (right) a bead takes {' and '.join(ranges)}. That is drawing, checks, "
+                     f"the sums of the response, and files. By NumPy it takes "
+                     f"{digits(min(per_bead('NumPy', 0.1, False)) / 1e3)} µs at μ = 0.1.")
 
 
 def beside(suites):
