@@ -97,6 +97,11 @@ same("ends in pile.local", first, [x.ravel()[upper[of_beads].astype(int)], -dept
 same("N of pile.local", -(bonds["fx"] * branch[0] + bonds["fy"] * branch[1]), N[of_beads])
 same("forces of pile.local", [-bonds["fx"], bonds["fy"]], [H[of_beads], V[of_beads]])
 
+_, walls = dump("walls.local", "ENTRIES")
+same("walls.local", [walls[name] for name in ("id1", "fx", "fy", "x1", "y1", "contact_x", "contact_y")],
+     numpy.array([upper + 1, -H, V, x.ravel()[upper.astype(int)], -depth[upper.astype(int)],
+                  x.ravel()[upper.astype(int)] + branch_x / 2, -depth[upper.astype(int)] - branch_z / 2])[:, ~of_beads])
+
 rows = numpy.genfromtxt(f"{folder}/pile.txt", delimiter=",")
 from_above = rows[(rows[:, 2] < 0) | (rows[:, 2] > rows[:, 1])]
 same("pegs", from_above[:, 1:], numpy.array([upper + 1, numpy.where(of_beads, lower + 1, -1), T, N]).T)

@@ -132,6 +132,60 @@ TEST_CASE("Of a contact that both its particles tell, each by itself, the mean c
   CHECK_THAT(packing.told.back(), Contains("1 lines tell a contact again") && Contains("differ by 41 %"));
 }
 
+TEST_CASE("Contacts with walls are drawn where the file says where they touch, whichever program wrote it") {
+  const test::TemporaryFolder folder;
+  const std::string pairs = "id1 id2 N T\n1 2 2 0\n2 3 2 0.5\n";
+  // The disc 2 stands on a floor, which holds it by 0.5 upwards and drags it by 0.1 to the right. As LIGGGHTS and
+  // LAMMPS list it, the latter with all discs, and in one table with the other contacts.
+  PackingFiles liggghts, lammps, none;
+  liggghts.wall_columns = {"contact_x", "contact_y", "contact_z", "x1", "y1", "z1",
+                           "mesh",      "triangle",  "id1",       "fx", "fy", "fz"};
+  lammps.wall_columns = {"id1=id", "fx=f_w[2]", "fy=f_w[3]", "contact_x=f_w[5]", "contact_y=f_w[6]"};
+  const std::string head = "ITEM: TIMESTEP\n5\nITEM: NUMBER OF ENTRIES\n";
+  for (const auto& [files, walls] : std::vector<std::pair<PackingFiles, std::string>>{
+           {liggghts,
+            head + "1\nITEM: ENTRIES c_w[1] c_w[2] c_w[3] c_w[4] c_w[5] c_w[6] c_w[7] c_w[8] c_w[9] c_w[10] c_w[11] "
+                   "c_w[12]\n1 -0.5 0 1 0 0 0 17 2 0.1 0.5 0\n"},
+           {lammps,
+            head +
+                "3\nITEM: ATOMS id f_w[1] f_w[2] f_w[3] f_w[5] f_w[6]\n1 0 0 0 0 0\n2 1 0.1 0.5 1 -0.5\n3 0 0 0 0 0\n"},
+           {none, "id1,id2,contact_x,contact_y,N,T\n2,-1,1,-0.5,0.5,0.1\n"}}) {
+    INFO(walls);
+    PackingFiles both = files;
+    write_file(folder / "walls", walls);
+    both.walls = folder / "walls";
+    const Packing packing = packing_of(folder, pairs, three_discs, both);
+    REQUIRE(packing.contacts.size() == 3);
+    const PackingContact& wall = packing.contacts[2];
+    CHECK(wall.second == PackingContact::wall);
+    CHECK(packing.particles[wall.first].id == 2);
+    CHECK(wall.placed);
+    CHECK(wall.branch_x == 0);
+    CHECK(wall.branch_y == -1);
+    CHECK(wall.N == 0.5);
+    CHECK(std::abs(wall.T) == 0.1);
+    SceneSpec spec;
+    spec.coordinates = Coordinates::packing;
+    const Scene scene = build_packing_scene(packing, 0, spec);
+    CHECK(scene.counts.drawn == 3);
+    std::size_t upright = 0;
+    scene.elements({-9, 9, -9, 9}, [&](const Element& one) { upright += one.z0 != one.z1 && one.z1 == 0.5 ? 1 : 0; });
+    CHECK(upright == 1);  // from the centre to the floor
+  }
+  // Without a place it counts, and no more.
+  const Packing apart = packing_of(folder, pairs + "2 -1 0.5 0.1\n", three_discs);
+  CHECK(numbers_of(apart)["wall_contacts"] == 1);
+  CHECK_FALSE(apart.contacts[2].placed);
+  // A step may have none; another step than that of the contacts is no answer.
+  PackingFiles steps = liggghts;
+  steps.walls = folder / "walls";
+  write_file(folder / "walls", head + "0\nITEM: ENTRIES a b c d e f g h i j k l\n");
+  const std::string pairs_of_step = head + "1\nITEM: ENTRIES id1 id2 N\n1 2 2\n";
+  CHECK(packing_of(folder, pairs_of_step, three_discs, steps).contacts.size() == 1);
+  write_file(folder / "walls", "ITEM: TIMESTEP\n7\nITEM: NUMBER OF ENTRIES\n0\n");
+  CHECK_THROWS_WITH(packing_of(folder, pairs_of_step, three_discs, steps), Contains("there is no step 5 among"));
+}
+
 TEST_CASE("Positions of PeGS without frames have y counting down, too") {
   const test::TemporaryFolder folder;
   const Packing packing = packing_of(folder, "id1 id2 N T\n1 2 2 0\n", "1,0,5,0.5,0\n2,0,4,0.5,0\n");
@@ -365,8 +419,12 @@ TEST_CASE("A film has one window and one colour scale over all steps that have c
   add_step(100, {"0 0 0 1 0 0 1 2 0 1 0 0"});
   add_step(200, {"0 0 0 1.1 0 0 1 2 0 3 0 0", "1.1 0 0 5 0 0 2 3 0 8 0 0"});
   write_file(folder / "dump", dump);
-  const PackingSource source(
-      {.contacts = folder / "dump", .particles = {}, .columns = {}, .particle_columns = {}, .step = {}});
+  const auto source_of = [&](const char* name) {
+    PackingFiles files;
+    files.contacts = folder / name;
+    return PackingSource(files);
+  };
+  const PackingSource source = source_of("dump");
   CHECK(source.steps() == std::vector<double>{100, 200});
   SceneSpec spec;
   spec.coordinates = Coordinates::packing;
@@ -388,18 +446,9 @@ TEST_CASE("A film has one window and one colour scale over all steps that have c
   CHECK(levels[1] < levels[2]);
   CHECK_THAT(second.key_title, Contains("step 200"));
   write_file(folder / "table", "frame,x1,y1,x2,y2,N\n2,0,0,1,0,1\n7,0,0,1,0,2\n");
-  CHECK(PackingFilm(
-            PackingSource(
-                {.contacts = folder / "table", .particles = {}, .columns = {}, .particle_columns = {}, .step = {}}),
-            0, spec)
-            .frames() == 2);
+  CHECK(PackingFilm(source_of("table"), 0, spec).frames() == 2);
   write_file(folder / "table", "x1,y1,x2,y2,N\n0,0,1,0,1\n");
-  CHECK_THROWS_WITH(
-      PackingFilm(
-          PackingSource(
-              {.contacts = folder / "table", .particles = {}, .columns = {}, .particle_columns = {}, .step = {}}),
-          0, spec),
-      Contains("one step"));
+  CHECK_THROWS_WITH(PackingFilm(source_of("table"), 0, spec), Contains("one step"));
 }
 
 TEST_CASE("Lines of VTK are contacts, whose points are the particles") {

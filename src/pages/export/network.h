@@ -33,6 +33,8 @@ struct NetworkContact {
 };
 
 inline std::int64_t contacts_on_floor(const Lattice& lattice) { return 2 * std::int64_t{lattice.columns()}; }
+/// One in each layer but the lowest, whose contacts are all on the floor.
+inline std::int64_t contacts_across_seam(const Lattice& lattice) { return std::int64_t{lattice.layers()} - 1; }
 inline std::int64_t all_contacts(const Lattice& lattice) { return 2 * static_cast<std::int64_t>(lattice.beads()); }
 
 /// Hands the beads over, some whole layers at a time from the top, and with them the contacts below each: to the lower

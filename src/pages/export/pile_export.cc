@@ -80,28 +80,41 @@ class CsvContacts : public TextFormat {
 };
 
 /// The form of LAMMPS, doc of `dump` and its local style; OVITO reads it as such. Force: on the first bead, as
-/// `compute pair/gran/local` of LIGGGHTS has it, whose flag tells of an image across the seam.
+/// `compute pair/gran/local` of LIGGGHTS has it, whose flag tells of an image across the seam. Contacts with the floor
+/// are in another file, of the columns of `compute wall/gran/local`: OVITO knows no end of a bond but a bead.
 class Dump : public TextFormat {
  public:
   explicit Dump(NetworkPart part) : part_(part) {}
   std::string begin(const PileView& pile) const override {
     const Lattice& lattice = pile.lattice;
-    const bool beads = part_ == NetworkPart::beads;
     const double half = lattice.half_width();
-    return fmt::format(
-        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF {}\n{}\nITEM: BOX BOUNDS pp ff pp\n{} {}\n{} 0\n{} {}\nITEM: {}\n",
-        beads ? "ATOMS" : "ENTRIES",
-        beads ? static_cast<std::int64_t>(lattice.beads()) : all_contacts(lattice) - contacts_on_floor(lattice),
-        exact(-half), exact(half), exact(-lattice.z(lattice.layers() - 1) - bead_radius), exact(-bead_radius),
-        exact(bead_radius),
-        beads ? "ATOMS id type x y z radius weight residual" : "ENTRIES x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz");
+    const std::int64_t on_floor = contacts_on_floor(lattice);
+    const auto head = [&](const char* kind, std::int64_t count, const char* columns) {
+      return fmt::format(
+          "ITEM: TIMESTEP\n0\nITEM: NUMBER OF {0}\n{1}\nITEM: BOX BOUNDS pp ff pp\n{2} {3}\n{4} 0\n{5} {6}\nITEM: {0} "
+          "{7}\n",
+          kind, count, exact(-half), exact(half), exact(-lattice.z(lattice.layers() - 1) - bead_radius),
+          exact(-bead_radius), exact(bead_radius), columns);
+    };
+    if (part_ == NetworkPart::beads) {
+      return head("ATOMS", static_cast<std::int64_t>(lattice.beads()), "id type x y z radius weight residual");
+    }
+    if (part_ == NetworkPart::walls) {
+      return head("ENTRIES", on_floor, "contact_x contact_y contact_z x1 y1 z1 mesh triangle id1 fx fy fz");
+    }
+    return head("ENTRIES", all_contacts(lattice) - on_floor, "x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz");
   }
   void add(std::string& text, const PileView&, const NetworkBead& one) const override {
     if (part_ != NetworkPart::beads) return;
     put_line(text, ' ', one.number + 1, 1, one.x, -one.z, 0, bead_radius, one.weight, one.residual);
   }
   void add(std::string& text, const PileView&, const NetworkContact& one) const override {
-    if (part_ != NetworkPart::contacts || one.lower == NetworkContact::floor) return;
+    const bool of_floor = one.lower == NetworkContact::floor;
+    if (part_ == NetworkPart::walls && of_floor) {
+      put_line(text, ' ', one.x + one.branch_x / 2, -one.z - one.branch_z / 2, 0, one.x, -one.z, 0, 0, 0, one.upper + 1,
+               -one.H, one.V, 0);
+    }
+    if (part_ != NetworkPart::contacts || of_floor) return;
     put_line(text, ' ', one.x, -one.z, 0, one.x + one.branch_x, -one.z - one.branch_z, 0, one.upper + 1, one.lower + 1,
              int{one.across_seam}, -one.H, one.V, 0);
   }
@@ -232,7 +245,28 @@ void write_text(PileLayers& pile, const TextFormat& format, const std::filesyste
 
 }  // namespace
 
-bool has_parts(PileFormat format) { return format != PileFormat::vtu && format != PileFormat::graphml; }
+bool has_part(PileFormat format, NetworkPart part) {
+  return part == NetworkPart::walls ? format == PileFormat::dump_local
+                                    : format != PileFormat::vtu && format != PileFormat::graphml;
+}
+
+std::string lost_in(const PileView& pile, const PileExport& what) {
+  const Lattice& lattice = pile.lattice;
+  const bool dump = what.format == PileFormat::dump_local, contacts = what.part == NetworkPart::contacts;
+  if ((dump && contacts) || what.format == PileFormat::graphml) {
+    return fmt::format("{} of {} contacts push on the floor, which is no bead, and are left out{}",
+                       contacts_on_floor(lattice), all_contacts(lattice),
+                       dump ? "; --part walls writes them as LIGGGHTS does" : "; vtu and csv have them");
+  }
+  if (what.format == PileFormat::pegs && contacts && lattice.layers() > 1) {
+    return fmt::format(
+        "{} contacts join beads at either end of the ring, and PeGS knows no period: drawn between positions they "
+        "cross "
+        "all of it; granuscope contacts reads them with --period-x {}",
+        contacts_across_seam(lattice), exact(2 * lattice.half_width()));
+  }
+  return "";
+}
 
 void export_pile(PileLayers& pile, const PileExport& what, const std::filesystem::path& file, const Accept& accept) {
   const std::string comment =

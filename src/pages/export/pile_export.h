@@ -16,17 +16,20 @@ enum class PileFormat {
   csv          ///< for tables; z down
 };
 
-/// Formats that keep beads and contacts apart write one of them.
-enum class NetworkPart { contacts, beads };
+/// Formats that keep beads and contacts apart write one of them; `dump local` keeps contacts with the floor apart, too.
+enum class NetworkPart { contacts, beads, walls };
 
-/// Whether the format has beads and contacts in two files.
-bool has_parts(PileFormat format);
+/// Whether the format has this part in a file of its own.
+bool has_part(PileFormat format, NetworkPart part);
 
 struct PileExport {
   PileFormat format = PileFormat::csv;
   NetworkPart part = NetworkPart::contacts;
   std::string origin;  ///< where the pile comes from, for formats that have room for a remark
 };
+
+/// What such a file cannot say of this pile, in a sentence; nothing if it says all.
+std::string lost_in(const PileView& pile, const PileExport& what);
 
 /// Is told how a file begins before there is one, and throws if it may not take the place of what is there.
 using Accept = std::function<void(std::string_view begins)>;

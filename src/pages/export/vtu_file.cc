@@ -28,40 +28,19 @@ constexpr std::array<BeadColumn, 3> bead_columns = {
      {"weight", [](const NetworkBead& bead) { return bead.weight; }, unknown},
      {"residual", [](const NetworkBead& bead) { return bead.residual; }, unknown}}};
 
-/// Of each cell; those of the beads come before those of the contacts and have no value.
+/// Of each cell; those of the beads come before those of the contacts and have no value. From which of numbers_of() on.
 struct ContactColumn {
   const char* name;
-  std::size_t components;
-  std::array<double, 3> (*of)(const NetworkContact&);
+  std::size_t components, from;
 };
-constexpr std::array<ContactColumn, 5> contact_columns = {{{"N", 1,
-                                                            [](const NetworkContact& one) {
-                                                              return std::array{one.N, 0.0, 0.0};
-                                                            }},
-                                                           {"T", 1,
-                                                            [](const NetworkContact& one) {
-                                                              return std::array{one.T, 0.0, 0.0};
-                                                            }},
-                                                           {"T_over_mu_N", 1,
-                                                            [](const NetworkContact& one) {
-                                                              return std::array{one.share, 0.0, 0.0};
-                                                            }},
-                                                           {"force", 3,
-                                                            [](const NetworkContact& one) {
-                                                              return std::array{one.H, -one.V, 0.0};
-                                                            }},
-                                                           {"branch", 3, [](const NetworkContact& one) {
-                                                              return std::array{one.branch_x, -one.branch_z, 0.0};
-                                                            }}}};
+constexpr std::array<ContactColumn, 5> contact_columns = {
+    {{"N", 1, 0}, {"T", 1, 1}, {"T_over_mu_N", 1, 2}, {"force", 3, 3}, {"branch", 3, 6}}};
+std::array<double, 9> numbers_of(const NetworkContact& one) {
+  return {one.N, one.T, one.share, one.H, -one.V, 0, one.branch_x, -one.branch_z, 0};
+}
 
-struct IdColumn {
-  const char* name;
-  std::int64_t (*of)(const NetworkContact&);
-};
-constexpr std::array<IdColumn, 3> id_columns = {
-    {{"upper", [](const NetworkContact& one) { return one.upper; }},
-     {"lower", [](const NetworkContact& one) { return one.lower; }},
-     {"across_seam", [](const NetworkContact& one) { return std::int64_t{one.across_seam}; }}}};
+constexpr std::array<const char*, 3> id_columns = {"upper", "lower", "across_seam"};
+std::array<std::int64_t, 3> ids_of(const NetworkContact& one) { return {one.upper, one.lower, one.across_seam}; }
 
 /// Puts arrays in the order in which they were declared.
 class Putter {
@@ -87,9 +66,8 @@ void write_vtu(PileLayers& pile, const std::filesystem::path& file, const std::s
   const Lattice lattice = pile.about().lattice;
   const auto beads = static_cast<std::uint64_t>(lattice.beads());
   const auto contacts = static_cast<std::uint64_t>(all_contacts(lattice));
-  // A line across the seam ends at an image of its bead, half a bead past the ring's end: one in each layer but the
-  // lowest, whose lines all end on the floor.
-  const std::uint64_t seam_ends = static_cast<std::uint64_t>(lattice.layers()) - 1;
+  // A line across the seam ends at an image of its bead, half a bead past the ring's end.
+  const auto seam_ends = static_cast<std::uint64_t>(contacts_across_seam(lattice));
   const std::uint64_t points = beads + seam_ends + static_cast<std::uint64_t>(contacts_on_floor(lattice));
   const std::uint64_t cells = beads + contacts;
 
@@ -103,7 +81,7 @@ void write_vtu(PileLayers& pile, const std::filesystem::path& file, const std::s
   for (const ContactColumn& column : contact_columns) {
     inside += vtk.array(column.name, "Float64", column.components, cells);
   }
-  for (const IdColumn& column : id_columns) inside += vtk.array(column.name, "Int64", 1, cells);
+  for (const char* name : id_columns) inside += vtk.array(name, "Int64", 1, cells);
   inside += "</CellData>\n<Cells>\n" + vtk.array("connectivity", "Int64", 1, beads + 2 * contacts);
   inside += vtk.array("offsets", "Int64", 1, cells);
   inside += vtk.array("types", "UInt8", 1, cells) + "</Cells>\n</Piece>\n</UnstructuredGrid>\n";
@@ -143,14 +121,14 @@ void write_vtu(PileLayers& pile, const std::filesystem::path& file, const std::s
       points_of.put<double>(first, some,
                             [&](const NetworkBead&, auto& to) { to.insert(to.end(), column.components, unknown); });
       lines_of.put<double>(first_line, below, [&](const NetworkContact& one, auto& to) {
-        const std::array<double, 3> values = column.of(one);
-        to.insert(to.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(column.components));
+        const std::array<double, 9> numbers = numbers_of(one);
+        to.insert(to.end(), &numbers[column.from], &numbers[column.from] + column.components);
       });
     }
-    for (const IdColumn& column : id_columns) {
+    for (std::size_t id = 0; id < id_columns.size(); ++id) {
       points_of.put<std::int64_t>(first, some, [](const NetworkBead&, auto& to) { to.push_back(-1); });
       lines_of.put<std::int64_t>(first_line, below,
-                                 [&](const NetworkContact& one, auto& to) { to.push_back(column.of(one)); });
+                                 [&](const NetworkContact& one, auto& to) { to.push_back(ids_of(one)[id]); });
     }
     points_of.put<std::int64_t>(first, some, [](const NetworkBead& one, auto& to) { to.push_back(one.number); });
     std::size_t line = 0;

@@ -126,7 +126,7 @@ class Reader {
   Reader(const std::filesystem::path& file, const ColumnNames& names) : file_(file), names_(names), problems_(file) {}
 
   /// `lines`: behind the first two of the step.
-  NumberTable dump(Lines lines, NumberTable table) {
+  NumberTable dump(Lines lines, NumberTable table, bool even_empty) {
     table.dump = table.named = true;
     std::string_view line;
     std::size_t rows = 0;
@@ -157,7 +157,7 @@ class Reader {
         break;
       }
     }
-    return finished(std::move(table));
+    return finished(std::move(table), even_empty);
   }
 
   NumberTable plain(std::string_view text) {
@@ -247,9 +247,9 @@ class Reader {
     table.lines.push_back(number);
   }
 
-  NumberTable finished(NumberTable table) const {
+  NumberTable finished(NumberTable table, bool even_empty = false) const {
     problems_.raise();
-    if (table.lines.empty()) {
+    if (table.lines.empty() && !even_empty) {
       throw InputError(fmt::format("{}: there is no line of numbers in {}", file_.string(),
                                    table.step ? fmt::format("step {:g}; --step takes another", *table.step) : "it"));
     }
@@ -318,7 +318,7 @@ NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf pa
   text_.shrink_to_fit();
 }
 
-NumberTable NumberFile::dump(std::optional<double> wanted) const {
+NumberTable NumberFile::dump(std::optional<double> wanted, bool even_empty) const {
   const auto found =
       std::find_if(steps_.rbegin(), steps_.rend(), [&](const Step& one) { return !wanted || one.step == *wanted; });
   if (found == steps_.rend()) {
@@ -331,13 +331,14 @@ NumberTable NumberFile::dump(std::optional<double> wanted) const {
   NumberTable table;
   table.step = found->step;
   table.steps = steps_.size();
-  table = Reader(file_, names_).dump(Lines(std::string_view(text_).substr(found->at), found->line), std::move(table));
+  table = Reader(file_, names_)
+              .dump(Lines(std::string_view(text_).substr(found->at), found->line), std::move(table), even_empty);
   rename(file_, names_.given, table);
   return table;
 }
 
-std::shared_ptr<const NumberTable> NumberFile::read(std::optional<double> step) const {
-  return table_ != nullptr ? table_ : std::make_shared<const NumberTable>(dump(step));
+std::shared_ptr<const NumberTable> NumberFile::read(std::optional<double> step, bool even_empty) const {
+  return table_ != nullptr ? table_ : std::make_shared<const NumberTable>(dump(step, even_empty));
 }
 
 std::vector<double> NumberFile::steps() const {

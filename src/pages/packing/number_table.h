@@ -41,8 +41,9 @@ class NumberFile {
  public:
   /// Throws InputError for a file that cannot be read, has no numbers, or lines of different lengths.
   NumberFile(std::filesystem::path file, ColumnNames names, TableOf part);
-  /// `step`: of a dump; none: the last one. Throws InputError as above, and if it does not have that step.
-  std::shared_ptr<const NumberTable> read(std::optional<double> step) const;
+  /// `step`: of a dump; none: the last one. Throws InputError as above, and if it does not have that step; a step of a
+  /// dump may be asked for even if it has no lines.
+  std::shared_ptr<const NumberTable> read(std::optional<double> step, bool even_empty = false) const;
   /// Of a dump those that have any line.
   std::vector<double> steps() const;
 
@@ -53,7 +54,7 @@ class NumberFile {
     std::size_t at = 0, line = 0;
     bool empty = false;
   };
-  NumberTable dump(std::optional<double> step) const;
+  NumberTable dump(std::optional<double> step, bool even_empty) const;
 
   std::filesystem::path file_;
   ColumnNames names_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <span>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
@@ -30,7 +31,8 @@ const Meaning second_id{{"id2", "lower", "j", "particle2", "second"}};
 const Meaning first_point{{"point1"}}, second_point{{"point2"}};  // of VTK's lines
 const Meaning x1{{"x1", "x_upper"}}, y1{{"y1"}}, down1{{"z_upper"}, true};
 const Meaning x2{{"x2"}}, y2{{"y2"}};
-const Meaning z1{{"z1"}}, z2{{"z2"}}, force_z{{"fz"}}, z{{"z"}};  // beside x and y: out of their plane
+const Meaning z1{{"z1"}}, z2{{"z2", "contact_z"}}, force_z{{"fz"}}, z{{"z"}};  // beside x and y: out of their plane
+const Meaning contact_x{{"contact_x"}}, contact_y{{"contact_y"}};              // where a particle touches a wall
 const Meaning branch_x{{"branch_x", "bx"}}, branch_y{{"branch_y", "by"}}, branch_down{{"branch_z"}, true};
 const Meaning normal{{"n", "fn", "f_n", "normal", "normal_force", "fnormal", "forcen"}};
 const Meaning tangential{{"t", "ft", "f_t", "tangential", "tangential_force", "shear", "absforcet"}};
@@ -83,14 +85,16 @@ Column column_of(const NumberTable& table, std::initializer_list<const Meaning*>
   return {};
 }
 
-std::string columns_in(const NumberTable& table) {
+std::string columns_in(const NumberTable& table, bool of_walls = false) {
   if (!table.named) return fmt::format("its {} columns have no names", table.columns.size());
   const bool computed = std::all_of(table.columns.begin(), table.columns.end(),
                                     [](const std::string& name) { return name.starts_with("c_"); });
   return fmt::format("its columns are {}{}", fmt::join(table.columns, ", "),
                      computed && table.columns.size() == 12
-                         ? " (those of LIGGGHTS' `compute pair/gran/local pos id force` are "
-                           "x1,y1,z1,x2,y2,z2,id1,id2,periodic,fx,fy,fz)"
+                         ? fmt::format(" (those of LIGGGHTS' `compute {}/gran/local pos id force` are {},fx,fy,fz)",
+                                       of_walls ? "wall" : "pair",
+                                       of_walls ? "contact_x,contact_y,contact_z,x1,y1,z1,mesh,triangle,id1"
+                                                : "x1,y1,z1,x2,y2,z2,id1,id2,periodic")
                          : "");
 }
 
@@ -134,14 +138,16 @@ std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::file
 
 class PackingReader {
  public:
-  /// `particles`: null where the contacts say where they are. `step` is the one to be read.
+  /// `particles`: null where the contacts say where they are; `walls`: null where none stand apart. `step` is the one
+  /// to be read.
   PackingReader(const PackingFiles& files, const NumberTable& contacts, const NumberTable* particles,
-                std::optional<double> step)
-      : files_(files), contacts_(contacts), particles_(particles), step_(step) {}
+                const NumberTable* walls, std::optional<double> step)
+      : files_(files), contacts_(contacts), particles_(particles), walls_(walls), step_(step) {}
 
   Packing read() {
     if (particles_ != nullptr) read_particles(*particles_);
-    read_contacts(contacts_);
+    read_contacts(contacts_, files_.contacts);
+    if (walls_ != nullptr) read_contacts(*walls_, files_.walls);
     set_mean_diameter();
     tell_of_long_branches();
     return std::move(packing_);
@@ -220,12 +226,13 @@ class PackingReader {
   }
 
   struct Columns {
-    Column id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, z1, z2, fz;
+    Column id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, z1, z2, fz, contact_x, contact_y;
     bool placed() const { return x1 && y1 && ((x2 && y2) || (branch_x && branch_y)); }
+    bool touching() const { return id1 && contact_x && contact_y; }  ///< walls, at a known place
     bool forces() const { return fx && fy; }
   };
 
-  Columns columns_of(const NumberTable& table) const {
+  Columns columns_of(const NumberTable& table, const std::filesystem::path& file) const {
     Columns c{column_of(table, {&meaning::first_id}), column_of(table, {&meaning::second_id}),
               column_of(table, {&meaning::x1}),       column_of(table, {&meaning::y1, &meaning::down1}),
               column_of(table, {&meaning::x2}),       column_of(table, {&meaning::y2}),
@@ -233,45 +240,53 @@ class PackingReader {
               column_of(table, {&meaning::normal}),   column_of(table, {&meaning::tangential}),
               column_of(table, {&meaning::force_x}),  column_of(table, {&meaning::force_y, &meaning::force_down}),
               column_of(table, {&meaning::z1}),       column_of(table, {&meaning::z2}),
-              column_of(table, {&meaning::force_z})};
+              column_of(table, {&meaning::force_z}),  column_of(table, {&meaning::contact_x}),
+              column_of(table, {&meaning::contact_y})};
     // Points of VTK's lines are its particles, unless others say what the particles are.
-    if (!(c.id1 && c.id2) && particles_ == nullptr) {
+    if (!(c.id1 && c.id2) && !c.touching() && particles_ == nullptr) {
       c.id1 = column_of(table, {&meaning::first_point});
       c.id2 = column_of(table, {&meaning::second_point});
     }
-    const bool ids = c.id1 && c.id2;
-    if (!c.N && !(c.forces() && (c.placed() || particles_ != nullptr))) {
+    const bool ids = c.id1 && (c.id2 || c.touching());
+    if (!c.N && !(c.forces() && (c.placed() || (c.touching() && c.x1 && c.y1) || particles_ != nullptr))) {
       throw InputError(
           fmt::format("{}: {}; needed are the normal force N (and T), or fx and fy with places; name them by "
                       "--columns, known are {}",
-                      files_.contacts.string(), columns_in(table), known_contact_columns()));
+                      file.string(), columns_in(table, &table == walls_), known_contact_columns()));
     }
     if (!ids && !c.placed()) {
       throw InputError(
-          fmt::format("{}: {}; needed are id1 and id2, or x1, y1, x2 and y2; name them by --columns, known "
-                      "are {}",
-                      files_.contacts.string(), columns_in(table), known_contact_columns()));
+          fmt::format("{}: {}; needed are id1 and id2, or x1, y1, x2 and y2, or of walls id1, contact_x and "
+                      "contact_y; name them by --columns, known are {}",
+                      file.string(), columns_in(table, &table == walls_), known_contact_columns()));
     }
     return c;
   }
 
-  void read_contacts(const NumberTable& table) {
-    tell_of_usual_names(table, files_.contacts, packing_);
+  void read_contacts(const NumberTable& table, const std::filesystem::path& file) {
+    tell_of_usual_names(table, file, packing_);
     for (const std::size_t axis : {0, 1}) {
       if (table.periods[axis]) periods_[axis] = table.periods[axis];
       if (files_.periods[axis]) periods_[axis] = files_.periods[axis];
     }
-    const Columns c = columns_of(table);
+    const Columns c = columns_of(table, file);
     if (c.branch_x && !c.placed() && particles_ == nullptr) {
       packing_.told.emplace_back("branches without x1 and y1 are left alone; --particles says where they begin");
     }
-    packing_.tangential = c.T || (c.forces() && !c.N);
-    LineProblems problems(files_.contacts, table.row_name);
+    const bool tangential = c.T || (c.forces() && !c.N), first_file = packing_.contacts.empty();
+    packing_.tangential = tangential && (first_file || packing_.tangential);
+    LineProblems problems(file, table.row_name);
     std::unordered_map<std::uint64_t, std::size_t> seen;
     std::unordered_set<std::size_t> twins;
     std::vector<double> apart;
-    std::vector<std::size_t> lines;
-    for (const std::size_t row : rows_of_frame(table, files_.contacts, step_, packing_.step, packing_.steps)) {
+    std::vector<std::size_t> lines(packing_.contacts.size());
+    const std::size_t before_it = lines.size();
+    std::optional<double> taken;
+    std::size_t steps = 1;
+    for (const std::size_t row : rows_of_frame(table, file, step_, taken, steps)) {
+      const auto none_in = [&](const Column& column) { return !column || column(row) == 0; };
+      // LAMMPS lists every particle, with zeros where it touches no wall.
+      if (c.touching() && !c.id2 && none_in(c.N) && none_in(c.fx) && none_in(c.fy)) continue;
       PackingContact one;
       const std::string wrong = contact_in(c, row, one);
       if (!wrong.empty()) {
@@ -302,9 +317,11 @@ class PackingReader {
       lines.push_back(table.lines[row]);
     }
     problems.raise();
-    if (packing_.contacts.empty())
-      throw InputError(fmt::format("{}: there is no contact in it", files_.contacts.string()));
-    point_away();
+    if (packing_.contacts.empty()) throw InputError(fmt::format("{}: there is no contact in it", file.string()));
+    point_away(before_it, file);
+    if (!first_file) return;
+    packing_.step = taken;
+    packing_.steps = steps;
     packing_.twins = apart.size();
     if (apart.empty()) return;
     std::nth_element(apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2), apart.end());
@@ -338,7 +355,8 @@ class PackingReader {
       if (!is_id(std::abs(id))) return fmt::format("the id {:g} of a particle is no whole number up to 10^15", id);
       ids[k] = static_cast<std::int64_t>(id);
     }
-    for (const Column* column : {&c.x1, &c.y1, &c.x2, &c.y2, &c.branch_x, &c.branch_y, &c.N, &c.T, &c.fx, &c.fy}) {
+    for (const Column* column :
+         {&c.x1, &c.y1, &c.x2, &c.y2, &c.branch_x, &c.branch_y, &c.N, &c.T, &c.fx, &c.fy, &c.contact_x, &c.contact_y}) {
       if (*column && !std::isfinite((*column)(row))) {
         return fmt::format("{} is no number", column->table->columns[column->at]);
       }
@@ -360,6 +378,13 @@ class PackingReader {
                               c.y2 ? c.y2(row) : one.y + one.branch_y);
         if (one.second == PackingContact::wall) return fmt::format("there is no particle {}", ids[1]);
       }
+    }
+    if (c.touching() && ids[1] < 0 && ((c.x1 && c.y1) || particles_ != nullptr)) {
+      one.placed = true;
+      one.x = c.x1 && c.y1 ? c.x1(row) : packing_.particles[one.first].x;
+      one.y = c.x1 && c.y1 ? c.y1(row) : packing_.particles[one.first].y;
+      one.branch_x = 2 * nearest(c.contact_x(row) - one.x, 0);  // as far beyond the wall as the particle is before it
+      one.branch_y = 2 * nearest(c.contact_y(row) - one.y, 1);
     }
     if (!one.placed && particles_ != nullptr && one.second != PackingContact::wall) {
       const Particle &a = packing_.particles[one.first], &b = packing_.particles[one.second];
@@ -398,16 +423,16 @@ class PackingReader {
   }
 
   /// Programs write the force on either particle. Most contacts are compressed, which tells it.
-  void point_away() {
+  void point_away(std::size_t from, const std::filesystem::path& file) {
+    const std::span<PackingContact> contacts = std::span(packing_.contacts).subspan(from);
     double sum = 0;
-    for (const PackingContact& one : packing_.contacts) sum += one.N;
+    for (const PackingContact& one : contacts) sum += one.N;
     if (sum >= 0) return;
-    for (PackingContact& one : packing_.contacts) {
+    for (PackingContact& one : contacts) {
       one.N = -one.N;
       one.T = -one.T;
     }
-    packing_.told.emplace_back(
-        "forces are those on the first particle, or tension counts as positive: signs are turned");
+    packing_.told.push_back(file.filename().string() + " has forces on the first particle, or tension above 0: turned");
   }
 
   void set_mean_diameter() {
@@ -454,7 +479,7 @@ class PackingReader {
 
   const PackingFiles& files_;
   const NumberTable& contacts_;
-  const NumberTable* particles_;
+  const NumberTable *particles_, *walls_;
   std::optional<double> step_;
   Packing packing_;
   std::unordered_map<std::int64_t, std::size_t> places_;
@@ -463,11 +488,14 @@ class PackingReader {
 
 }  // namespace
 
-std::string known_contact_columns() { return "id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, frame"; }
+std::string known_contact_columns() {
+  return "id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, frame, and of walls contact_x, contact_y";
+}
 std::string known_particle_columns() { return "id, x, y, radius, diameter, frame"; }
 
 PackingSource::PackingSource(PackingFiles files)
     : files_(std::move(files)), contacts_(files_.contacts, {files_.columns, {pegs_contacts}}, TableOf::contacts) {
+  if (!files_.walls.empty()) walls_.emplace(files_.walls, ColumnNames{files_.wall_columns, {}}, TableOf::contacts);
   if (!files_.particles.empty()) {
     particles_.emplace(files_.particles,
                        ColumnNames{files_.particle_columns, {pegs_particles, pegs_particles_of_one_frame}},
@@ -485,7 +513,8 @@ std::vector<double> PackingSource::steps() const {
 
 Packing PackingSource::read(std::optional<double> step) const {
   const auto contacts = contacts_.read(step), particles = particles_ ? particles_->read(step) : nullptr;
-  return PackingReader(files_, *contacts, particles.get(), step).read();
+  const auto walls = walls_ ? walls_->read(contacts->dump ? contacts->step : step, true) : nullptr;
+  return PackingReader(files_, *contacts, particles.get(), walls.get(), step).read();
 }
 
 Packing read_packing(const PackingFiles& files) { return PackingSource(files).read(files.step); }

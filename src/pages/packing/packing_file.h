@@ -13,9 +13,11 @@ namespace granuscope {
 struct PackingFiles {
   std::filesystem::path contacts;
   std::filesystem::path particles;                 ///< empty: none, contacts say where they are
+  std::filesystem::path walls;                     ///< contacts with walls, where they stand apart; empty: none
   std::vector<std::string> columns;                ///< names of the columns of `contacts`, or NAME=COLUMN for some;
                                                    ///< empty: as its header says
   std::vector<std::string> particle_columns;       ///< the same of `particles`
+  std::vector<std::string> wall_columns;           ///< and of `walls`
   std::optional<double> step;                      ///< of a dump, or frame of a table; none: the last one
   std::array<std::optional<double>, 2> periods{};  ///< of the box in x and y; none: as a dump says, or no period
 };
@@ -27,8 +29,10 @@ std::string known_particle_columns();
 /// Contacts from `dump local` of LAMMPS or LIGGGHTS, from a table with names of columns (commas, semicolons, tabs or
 /// spaces; a line of units or comments begins with #), from PeGS' adjacency list, which has none, or from VTK (vtu,
 /// vtp, vtk: its lines of two points, whose ends are particles unless arrays of cells name them); particles from `dump
-/// custom`, a table, PeGS' positions, or points of VTK, those of the contacts' file where they have a radius. Files are
-/// read once. All functions throw InputError that names up to some lines and what each lacks.
+/// custom`, a table, PeGS' positions, or points of VTK, those of the contacts' file where they have a radius. A contact
+/// with a wall has a negative id2, or no id2 and a point of contact (`compute wall/gran/local` of LIGGGHTS, `fix
+/// wall/gran` of LAMMPS with `contacts`). Files are read once. All functions throw InputError that names up to some
+/// lines and what each lacks.
 class PackingSource {
  public:
   explicit PackingSource(PackingFiles files);
@@ -39,7 +43,7 @@ class PackingSource {
  private:
   PackingFiles files_;
   NumberFile contacts_;
-  std::optional<NumberFile> particles_;
+  std::optional<NumberFile> particles_, walls_;
 };
 
 /// The step of `files`.

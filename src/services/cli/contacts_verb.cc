@@ -30,7 +30,8 @@ namespace {
 constexpr double memory_of_text = 3;
 
 struct ContactsOptions {
-  std::string contacts, particles, columns, particle_columns, histogram, of = "N", on_particles, range, window;
+  std::string contacts, particles, walls, columns, particle_columns, wall_columns, histogram, of = "N", on_particles,
+                                                                                              range, window;
   std::optional<double> step, period_x, period_y;
   double mu = std::numeric_limits<double>::quiet_NaN();
   bool json = false, transparent = false, has_mu = false;
@@ -112,9 +113,11 @@ void draw(const Packing& packing, const ContactsOptions& options, VerbContext& c
   const Scene scene = build_packing_scene(packing, options.mu, options.scene);
   render_scene(scene, options.scene, options.image.path, metadata);
   const auto pulling = std::ranges::count_if(packing.contacts, [](const auto& one) { return one.placed && one.N < 0; });
+  const auto lost = std::ranges::count(packing.contacts, false, &PackingContact::placed);
   context.wrote(options.image.path,
-                fmt::format(": {} contacts drawn, {} outside or without a place, {} too faint to be seen{}",
-                            scene.counts.drawn, scene.counts.outside, scene.counts.too_faint,
+                fmt::format(": {} contacts drawn, {} outside, {} too faint to be seen{}{}", scene.counts.drawn,
+                            scene.counts.outside - static_cast<std::size_t>(lost), scene.counts.too_faint,
+                            lost > 0 ? fmt::format("; {} have no place and are not drawn", lost) : "",
                             pulling > 0 ? fmt::format("; {} pull (N < 0) and count as 0", pulling) : ""));
 }
 
@@ -157,15 +160,17 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   require_suffix(options.on_particles, ".csv");
   if (options.image.asked()) {
     require_known_format(options.image.path);
-    options.image.require_free({options.contacts, options.particles});
+    options.image.require_free({options.contacts, options.particles, options.walls});
   }
   std::error_code none;
   const auto bytes = std::filesystem::file_size(options.contacts, none);
   if (!none) require_memory(memory_of_text * static_cast<double>(bytes), "give a file of fewer steps");
   const PackingSource source({options.contacts,
                               options.particles,
+                              options.walls,
                               names_in(options.columns),
                               names_in(options.particle_columns),
+                              names_in(options.wall_columns),
                               options.step,
                               {options.period_x, options.period_y}});
   if (!options.film.folder.empty()) {
@@ -180,7 +185,7 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   if (options.image.asked()) draw(packing, options, context);
   const auto write = [&](const std::string& file, const std::string& text) {
     if (file.empty()) return;
-    OutputFile{file, options.image.force}.write(text, {options.contacts, options.particles});
+    OutputFile{file, options.image.force}.write(text, {options.contacts, options.particles, options.walls});
     context.wrote(file);
   };
   if (!options.histogram.empty()) write(options.histogram, histogram_of(packing, options));
@@ -216,6 +221,11 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
           "along the line from the first, to the left (y up)");
   verb->add_option("--particle-columns", options->particle_columns,
                    "the same of --particles; known are " + known_particle_columns());
+  verb->add_option(
+      "--walls", options->walls,
+      "contacts with walls, where they stand apart (`compute wall/gran/local` of LIGGGHTS, `fix wall/gran` "
+      "of LAMMPS with `contacts`)");
+  verb->add_option("--wall-columns", options->wall_columns, "the same of --walls");
   verb->add_option("--step", options->step, "of a dump, or `frame` of a table (the last if not given)");
   verb->add_option("--period-x", options->period_x, "of the box, where a dump does not say it, lengths of the file");
   verb->add_option("--period-y", options->period_y, "the same in y");

@@ -27,7 +27,8 @@ constexpr Names<PileFormat, 5> pile_formats = {{{PileFormat::vtu, "vtu"},
                                                 {PileFormat::graphml, "graphml"},
                                                 {PileFormat::csv, "csv"}}};
 constexpr Names<FieldFormat, 2> field_formats = {{{FieldFormat::vti, "vti"}, {FieldFormat::csv, "csv"}}};
-constexpr Names<NetworkPart, 2> parts = {{{NetworkPart::contacts, "contacts"}, {NetworkPart::beads, "beads"}}};
+constexpr Names<NetworkPart, 3> parts = {
+    {{NetworkPart::contacts, "contacts"}, {NetworkPart::beads, "beads"}, {NetworkPart::walls, "walls"}}};
 
 /// Suffixes that stand for a format; those of tables for PeGS2 (.txt) do not.
 constexpr std::array<SuffixOfFormat, 6> suffixes = {{{".vtu", "vtu"},
@@ -67,29 +68,35 @@ void export_ensemble(const ExportOptions& options, const std::string& format, co
                accept);
 }
 
-void export_pile_file(const ExportOptions& options, const std::string& format, const Accept& accept) {
+/// What the file cannot say of the pile.
+std::string export_pile_file(const ExportOptions& options, const std::string& format, const Accept& accept) {
   // Whether it is a pile is asked first: of another file no format fits.
   const auto layers = open_pile_layers(options.source, whole_range);
   const PileView& pile = layers->about();
   PileExport what;
   what.format = chosen(pile_formats, format, options.source, "a pile");
   if (!options.part.empty()) what.part = named_in(parts, options.part, "part");
-  if (!options.part.empty() && !has_parts(what.format)) {
-    throw InputError("a file of the format {} has beads and contacts; leave out --part", format);
+  if (!options.part.empty() && !has_part(what.format, what.part)) {
+    throw InputError("a file of the format {} has {}; leave out --part", format,
+                     what.part == NetworkPart::walls && what.format != PileFormat::graphml
+                         ? "contacts with the floor among the others"
+                         : "beads and contacts");
   }
   what.origin = fmt::format("{}: {} columns x {} layers, mu {}, law {}, seed {}, sample {}", origin_of(options.source),
                             pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), single_line(pile.law),
                             pile.seed, pile.sample);
   export_pile(*layers, what, options.file.path, accept);
+  return lost_in(layers->about(), what);
 }
 
 ExitCode export_file(const ExportOptions& options, VerbContext& context) {
   const std::string format = format_by_name(options.file.path, options.format, suffixes, true);
   const Accept accept = [&](std::string_view begins) { options.file.require_free({options.source}, begins); };
+  std::string lost;
   try {
     const std::string configuration = configuration_if_ensemble(options.source);
     if (configuration.empty()) {
-      export_pile_file(options, format, accept);
+      lost = export_pile_file(options, format, accept);
     } else {
       export_ensemble(options, format, configuration, accept);
     }
@@ -97,6 +104,7 @@ ExitCode export_file(const ExportOptions& options, VerbContext& context) {
     throw Interrupted("stopped on request: no file was written, and the same command writes it from the start");
   }
   context.wrote(options.file.path);
+  if (!lost.empty()) context.err << lost << '\n';
   return ExitCode::done;
 }
 
@@ -115,7 +123,7 @@ void add_export_verb(CLI::App& app, VerbContext& context) {
       ->transform(CLI::detail::to_lower);
   verb->add_option("--part", options->part,
                    "contacts or beads: what a file of the formats dump-local, pegs and csv holds, which keep them "
-                   "apart (contacts if not given)");
+                   "apart (contacts if not given); of dump-local walls, too: the contacts on the floor");
   add_output(*verb, "-o,--out", options->file, "file to write")->required();
   verb->callback(
       [options, &context] { context.action = [options, &context] { return export_file(*options, context); }; });
