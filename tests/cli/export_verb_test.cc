@@ -1,5 +1,6 @@
 #include <sys/wait.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
@@ -39,13 +41,15 @@ void store_pile(const std::filesystem::path& file, const std::string& columns, c
               .code == 0);
 }
 
-/// A finished ensemble of few piles without friction, where the response stands on two lines of beads.
-std::string ensemble_in(const test::TemporaryFolder& folder) {
-  std::ofstream(folder / "e.toml") << "[lattice]\ncolumns = 64\nlayers = 64\n[friction]\nmu = [0.0]\n[response]\n"
-                                      "samples = 64\n[fit]\nfirst_layer = 24\nlast_layer = 42\n";
-  const std::string out = (folder / "out").string();
+/// A finished ensemble of few piles. Without friction the response stands on two lines of beads.
+std::string ensemble_in(const test::TemporaryFolder& folder, const std::string& estimator = "point",
+                        const std::string& mu = "0", const std::string& layers = "64") {
+  std::ofstream(folder / "e.toml") << "[lattice]\ncolumns = 64\nlayers = " << layers << "\n[friction]\nmu = [" << mu
+                                   << "]\n[response]\nestimator = \"" << estimator
+                                   << "\"\nsamples = 64\n[fit]\nfirst_layer = 24\nlast_layer = 42\n";
+  const std::string out = (folder / estimator).string();
   REQUIRE(granuscope_command({"run", (folder / "e.toml").string(), "--out", out, "--only", "sample"}).code == 0);
-  return out + "/ensembles/mu-0.h5";
+  return out + "/ensembles/mu-" + mu + ".h5";
 }
 
 /// Array number `which` of a file of VTK, all of 8 bytes an item, by decoding each letter of its base64.
@@ -187,8 +191,10 @@ TEST_CASE("export refuses what cannot be, says what can, and leaves no file") {
 }
 
 TEST_CASE("The mean response of an ensemble is a field whose layers add up to the overload") {
+  const std::string estimator = GENERATE("point", "multiplexed");
+  INFO(estimator);
   const test::TemporaryFolder folder;
-  const std::string ensemble = ensemble_in(folder);
+  const std::string ensemble = ensemble_in(folder, estimator);
   REQUIRE(exported(ensemble, folder / "P.csv").code == 0);
   REQUIRE(exported(ensemble, folder / "P.vti").code == 0);
   const std::vector<CsvRow> rows = rows_of(folder / "P.csv");
@@ -206,7 +212,9 @@ TEST_CASE("The mean response of an ensemble is a field whose layers add up to th
       INFO(row.x << ' ' << row.z);
       // Without friction half of the overload goes down each line of contacts, at 30 degrees; the first centre is at
       // 0.5.
-      CHECK(row.P == Approx(std::abs(std::abs(row.x) - (row.z - 0.5) / std::sqrt(3.0)) < 0.01 ? 0.5 : 0).margin(1e-9));
+      const double ray = (row.z - 0.5) / std::sqrt(3.0);
+      const int rays = (std::abs(row.x - ray) < 0.01 ? 1 : 0) + (std::abs(row.x + ray) < 0.01 ? 1 : 0);
+      CHECK(row.P == Approx(0.5 * rays).margin(1e-9));
       sum += row.P;
       // Both halves of the bead's cell, looked up by their middles as a program does that reads the image.
       const auto image_row = static_cast<std::size_t>(std::lround((lowest - row.z) / spacing));
@@ -220,6 +228,26 @@ TEST_CASE("The mean response of an ensemble is a field whose layers add up to th
     }
     CHECK(sum == Approx(1).margin(1e-6));
   }
+}
+
+TEST_CASE("Where fluctuations tell the response it is a field, too, and where nothing fluctuates that is said") {
+  const test::TemporaryFolder folder;
+  REQUIRE(exported(ensemble_in(folder, "fluctuation", "0.3", "160"), folder / "P.csv").code == 0);
+  std::map<double, std::array<double, 2>> shares;  // of the layer, and of its part around the two peaks
+  for (const CsvRow& row : rows_of(folder / "P.csv")) {
+    shares[row.z][0] += row.P;
+    if (std::abs(std::abs(row.x) - 0.57 * row.z) < 3) shares[row.z][1] += row.P;  // c at this friction coefficient
+  }
+  REQUIRE(shares.size() > 4);
+  for (const auto& [z, share] : shares) {
+    INFO(z);
+    CHECK(share[0] == Approx(1));
+    CHECK(share[1] > 0.7);  // of six beads on either side 0.98 with noise of some 0.1; of none but noise 0.2
+  }
+  const CommandResult still = exported(ensemble_in(folder, "fluctuation", "0", "160"), folder / "none.csv");
+  CHECK(still.code == 2);
+  CHECK_THAT(still.err, Contains("nothing fluctuates in its piles"));
+  CHECK_FALSE(std::filesystem::exists(folder / "none.csv"));
 }
 
 TEST_CASE("What export writes, contacts reads again: the same forces, in balance") {

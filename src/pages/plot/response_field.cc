@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
+#include "analysis/dispersion.h"
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "model/lattice.h"
@@ -77,19 +79,31 @@ MeasuredEnsemble open_response(const std::string& file, const std::string& confi
   ensemble.record = open_ensemble(file);
   const std::vector<int>& layers = ensemble.record.sums.layers;
   ensemble.spec = ensemble_configured(configuration);
-  const auto& quantities = ensemble.record.sums.quantities;
-  const bool moved = quantities.contains("moved_weight");
-  const auto response = quantities.find(quantities.contains("response") ? "response"
-                                        : moved                         ? "moved_weight"
-                                                                        : "weight");
-  const int shown = layers.empty() ? 1 : layers.back() + 1;
-  if (response == quantities.end() ||
-      response->second.width != (moved ? response_columns(ensemble.spec) : ensemble.spec.lattice.columns) ||
-      ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
+  const int columns = ensemble.spec.lattice.columns, shown = layers.empty() ? 1 : layers.back() + 1;
+  const std::map<std::string, int> widths{{"response", columns},
+                                          {"weight", columns},
+                                          {"moved_weight", response_columns(ensemble.spec)},
+                                          {"correlation", columns},
+                                          {"propagation", 2 * columns}};
+  bool known = ensemble.spec.lattice.layers >= shown && columns >= 2, held = false;
+  for (const auto& [name, sums] : ensemble.record.sums.quantities) {
+    const auto width = widths.find(name);
+    if (width == widths.end()) continue;
+    held = true;
+    known = known && sums.width == width->second;
+  }
+  if (!known || !held) {
     throw InputError(
         "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
-        "be shown; name an ensemble of the estimators point or paired (others hold correlations), or make the file "
-        "again",
+        "be shown; name an ensemble whose profiles are recorded, of any estimator, or make the file again",
+        file);
+  }
+  const BlockSums& sums = ensemble.record.sums;
+  if (holds_propagation(sums) && propagated_modes(sums, layers.size() - 1).cosines.whole.empty()) {
+    throw InputError(
+        "{}: nothing fluctuates in its piles, which the estimator fluctuation would follow; name an ensemble of "
+        "another "
+        "estimator",
         file);
   }
   ensemble.spec.lattice.layers = shown;
