@@ -443,6 +443,10 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK_THAT(granuscope_command({"new", "--error-of", "c=0,001"}).err, Contains("decimal comma"));
   for (const char* friction : {"0,1", "0,3"})
     CHECK_THAT(granuscope_command({"new", "--mu", friction}).err, Contains("decimal comma"));
+  for (const char* friction : {"−0.1", "0,1"})
+    CHECK_THAT(granuscope_command({"sample", "--mu", friction}).err, Contains("; write"));
+  CHECK_THAT(granuscope_command({"sample", "--mu", "−0.1"}).err, Contains("U+2212"));
+  CHECK_THAT(granuscope_command({"new", "--mu", "−0.1"}).err, Contains("U+2212"));
   CHECK_THAT(granuscope_command({"new", "--mu", "0.1;0.2"}).err, Contains("0.1;0.2 is not a number"));
   CHECK(granuscope_command({"new", "--mu", "0.0,1"}).code == 0);
   CHECK_THAT(granuscope_command({"new", "--mu", "2"}).err, Contains("friction.mu: 2 is out of range"));

@@ -325,6 +325,11 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   std::string crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("licenses/MIT") && Contains("licenses/Apache-2.0") && !Contains("No licence is stated") &&
                         Contains("\"carol\"") && Contains("https://orcid.org/0000-0001-2345-6789"));
+  // What is no name of SPDX has no page there.
+  std::ofstream(scratch / "CITATION.cff") << "license: My own terms\nauthors:\n  - alias: carol\n";
+  REQUIRE(packed(again).code == 0);
+  crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("\"My own terms\"") && Contains("\"#licence-1\"") && !Contains("spdx.org"));
   // Persons by what they have, a number of the archive among several, a link for a DOI, an empty licence.
   std::ofstream(scratch / "CITATION.cff") << "license: \"\"\nidentifiers:\n  - type: swh\n    value: swh:1\n"
                                              "  - type: doi\n    value: https://doi.org/10.5281/zenodo.1\nauthors:\n"

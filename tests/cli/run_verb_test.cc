@@ -229,6 +229,7 @@ TEST_CASE("run --set takes words as people write them") {
   };
   CHECK_THAT(refused("experiment.name='half"), Contains("double quotes"));
   CHECK_THAT(refused("sampling.bead_weight=0,3"), Contains("decimal comma"));
+  CHECK_THAT(refused("friction.mu=[−0.3]"), Contains("U+2212"));
 }
 
 TEST_CASE("run reads what the shell has opened for it") {

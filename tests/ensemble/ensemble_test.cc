@@ -622,6 +622,20 @@ TEST_CASE("the time of an ensemble is estimated within a factor of two, whatever
   CHECK(off_by(deep, 0.1) < 2);
 }
 
+TEST_CASE("the time of diluted beads is estimated within seconds, from a pile that is smaller", "[unsanitized]") {
+  const auto diluted = [](const LatticeSpec& lattice, std::uint64_t samples) {
+    EnsembleSpec spec = ensemble(Law::granusolve, 0.3, lattice, samples, multiplexed);
+    spec.response.blocks = min_blocks;
+    spec.sampler.model.name = ModelName::diluted_beads;
+    spec.sampler.model.diluted_beads.share = 0.08;
+    return spec;
+  };
+  CHECK(off_by(diluted({18, 12}, 64), 0.3) < 2);
+  const double start = processor_seconds();
+  CHECK(estimate_time(diluted({48, 40}, 512), 0.3).per_sample > 10);
+  CHECK(processor_seconds() - start < 3);
+}
+
 TEST_CASE("the time of the laws of tiny piles is estimated from piles that are given up early", "[unsanitized]") {
   CHECK(off_by(ensemble(Law::rejection, 0.3, {6, 6}, 8000), 0.1) < 2);
   CHECK(off_by(ensemble(Law::rejection, 0.3, {6, 12}, 256), 0.2) < 2);

@@ -114,8 +114,9 @@ TEST_CASE("Windows must lie within the usable layers") {
              Contains("figures.response_profiles.layers: -1"));
   CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {110, 110}; }), Contains("twice"));
   CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {}; }), Contains("give 1 to 8"));
-  CHECK_THAT(problem_after([](Experiment& e) { e.fit.first_layer = 178; }), Contains("holds 1 depths"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.first_layer = 178; }), Contains("holds 1 depth,"));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.layer_step = 0; }), Contains("fit.layer_step: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.layer_step = 100; }), Contains("fit.layer_step: the window"));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.shallow_layer = 59; }), Contains("fit.shallow_layer: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.min_identifiable_width = not_a_number; }),
              Contains("nan is out of range"));

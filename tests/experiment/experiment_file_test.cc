@@ -46,7 +46,7 @@ Experiment unusual_experiment() {
   e.name = "a \"quoted\" name \\ with µ";
   e.description = "two\nlines\tand a tab";
   e.lattice = {801, 333};
-  e.mu = {0.0, 1e-5, 0.1 + 0.2, 0.7, 1.7};
+  e.mu = {0.0, 1e-5, 1.0 / 3, 0.7, 1.7};
   e.sampling.seed = 9223372036854775807u;
   e.sampling.effort = 1234.5;
   e.sampling.max_tries = 77;
@@ -472,6 +472,11 @@ TEST_CASE("A whole number may be written with a point or an exponent") {
   CHECK(parse_experiment("[lattice]\ncolumns = 6.0e2\n", "mine.toml").lattice.columns == 600);
   CHECK(parse_experiment("[figures.response_profiles]\nlayers = [2e1, 30.0]\n", "mine.toml").figures.profile_layers ==
         std::vector<int>{20, 30});
+  // Sums of 0.1 as they are printed elsewhere; what was measured keeps all its digits.
+  CHECK(parse_experiment("[friction]\nmu = [0.1, 0.30000000000000004, 0.7999999999999999]\n", "mine.toml").mu ==
+        std::vector<double>{0.1, 0.3, 0.8});
+  CHECK(parse_experiment("[friction]\nmu = 0.30000000000001\n", "mine.toml").mu[0] == 0.30000000000001);
+  CHECK(parse_experiment("[friction]\nmu = 0.12345678901234568\n", "mine.toml").mu[0] == 0.12345678901234568);
   CHECK_THAT(refusal("[response]\nsamples = 1e30\n"), Contains("must be a whole number"));
   CHECK_THAT(refusal("[response]\nsamples = inf\n"), Contains("must be a whole number"));
 }

@@ -171,6 +171,10 @@ TEST_CASE("A figure or style that cannot be is refused") {
   FigureStyle narrow;
   narrow.width_mm = 20;
   CHECK_THROWS_AS(plot_again(run / "figures", id, narrow), InputError);
+  FigureStyle crowded;  // gnuplot is not to blame
+  crowded.width_mm = 60;
+  crowded.font_points = 40;
+  CHECK_THROWS_WITH(plot_again(run / "figures", id, crowded), Catch::Contains("40 pt has no room in the figure " + id));
   FigureStyle unknown;
   unknown.format = "gif";
   CHECK_THROWS_AS(plot_again(run / "figures", id, unknown), InputError);

@@ -66,12 +66,12 @@ Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice, int unused)
     constexpr int steps = least_window_depths - 1;
     const std::int64_t first = fit.last_layer - std::int64_t{steps} * fit.layer_step;
     const int step = (fit.last_layer - fit.first_layer) / steps;
-    return problem("first_layer",
-                   "the window from layer {} to {} in steps of {} holds {} depths, but a slope with "
+    return problem(step > 0 ? "layer_step" : "first_layer",
+                   "the window from layer {} to {} in steps of {} holds {} depth{}, but a slope with "
                    "a test of it needs {}; {}{}",
-                   fit.first_layer, fit.last_layer, fit.layer_step, depths, least_window_depths,
-                   first >= fit.shallow_layer ? fmt::format("begin it at layer {}", first) : "end it deeper",
-                   step > 0 ? fmt::format(", or take steps of at most {}", step) : "");
+                   fit.first_layer, fit.last_layer, fit.layer_step, depths, depths == 1 ? "" : "s", least_window_depths,
+                   step > 0 ? fmt::format("take steps of at most {}, or ", step) : "",
+                   first >= fit.shallow_layer ? fmt::format("begin it at layer {}", first) : "end it deeper");
   }
   if (auto found = find_window_problem("scaling_window", fit.scaling_window)) return found;
   for (const auto& window : fit.other_scaling_windows) {

@@ -287,10 +287,25 @@ constexpr std::uint64_t enough_piles = 8;
 /// Tries per pile, or solutions per bead, of the first trial.
 constexpr double first_tries = 64, first_effort = 16;
 
+bool is_diluted(const EnsembleSpec& spec) { return spec.sampler.model.name == ModelName::diluted_beads; }
+
+/// How the work of a sample grows with the beads. Diluted beads: measured from 192 to 432 of them.
+double growth_of_work(const EnsembleSpec& spec) { return is_diluted(spec) ? 2.7 : 1; }
+
 /// The ensemble with fewer layers, then fewer columns, where that changes nothing but the amount of work.
 EnsembleSpec smaller(const EnsembleSpec& spec, double seconds) {
-  if (spec.sampler.law != Law::granusolve || spec.sampler.model.name == ModelName::diluted_beads) return spec;
+  if (spec.sampler.law != Law::granusolve) return spec;
   EnsembleSpec small = spec;
+  if (is_diluted(spec)) {
+    constexpr double most_beads = 192;  // some tenths of a second for eight piles
+    const double beads = 1.0 * spec.lattice.columns * spec.lattice.layers, side = std::sqrt(most_beads / beads);
+    if (side >= 1) return spec;
+    small.lattice.columns = static_cast<int>(std::lround(side * spec.lattice.columns));
+    small.lattice.layers = static_cast<int>(std::lround(side * spec.lattice.layers));
+    small.layers = {0, small.lattice.layers - 1};
+    small.response = on_ring(spec.response, small.lattice);
+    return find_problem(small) ? spec : small;
+  }
   const double beads = trial_beads_per_second * seconds / static_cast<double>(samples_at_once);
   const auto least = [&](int size, int other, int fewest) {
     return static_cast<int>(std::clamp(beads / other, 1.0 * std::min(fewest, size), 1.0 * size));
@@ -343,7 +358,7 @@ Trial draw_some(const EnsembleSpec& spec, double seconds) {
   sampler->keep_layers(layers_to_keep(spec));
   const auto second = needs_two_samplers(spec) ? make_sampler(spec.sampler, Lattice(spec.lattice)) : nullptr;
   const auto estimator = make_estimator(spec, {*sampler, second ? *second : *sampler}, record.sums, 0);
-  std::vector<std::uint64_t> samples(std::min(samples_at_once, spec.response.samples));
+  std::vector<std::uint64_t> samples(std::min(is_diluted(spec) ? group_size : samples_at_once, spec.response.samples));
   std::vector<std::optional<SamplingFailure>> failures(samples.size());
   Trial trial;
   for (std::uint64_t first = 0; first + samples.size() <= spec.response.samples; first += samples.size()) {
@@ -381,7 +396,7 @@ TimeEstimate estimate_time(const EnsembleSpec& spec, double seconds) {
   if (spec.sampler.law == Law::polytope && spec.sampler.mu > 0) return estimate_time_of_chains(spec, seconds);
   EnsembleSpec trial_spec = smaller(spec, seconds);
   const auto beads = [](const LatticeSpec& lattice) { return 1.0 * lattice.columns * lattice.layers; };
-  const double in_proportion = beads(spec.lattice) / beads(trial_spec.lattice);
+  const double in_proportion = std::pow(beads(spec.lattice) / beads(trial_spec.lattice), growth_of_work(spec));
   const double full = limit_of(spec.sampler), start = processor_seconds();
   double limit = std::min(full, spec.sampler.law == Law::rejection ? first_tries : first_effort);
   for (;; limit = std::min(full, 2 * limit)) {

@@ -313,6 +313,11 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
         "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id, what);
   };
   if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(result.standard_error));
+  if (result.standard_error.find("too small to hold plot") != std::string::npos ||
+      result.standard_error.find("difficulty fitting plot titles") != std::string::npos) {
+    throw InputError("text of {:g} pt has no room in the figure {}{}; give a smaller --font-size or a greater --width",
+                     style.font_points, id, style.width_mm == 0 ? "" : fmt::format(", {:g} mm wide", style.width_mm));
+  }
   if (is_complaint(result.standard_error)) fail("it complained: " + single_line(result.standard_error));
   const fs::path file = scratch.path() / (id + "." + style.format);
   if (!fs::is_regular_file(file, none)) fail("there is no file; the script may be of an older version: run it again");

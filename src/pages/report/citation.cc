@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdio>
 #include <ctime>
 #include <memory>
@@ -247,7 +248,11 @@ void add_citation(const std::optional<Citation>& citation, Json& work, Json& gra
   } else {
     Json all = Json::array();
     for (const std::string& name : citation->licenses) {
-      const std::string id = "https://spdx.org/licenses/" + as_reference(name);
+      // A name with other signs is none of SPDX, whose page of it there cannot be.
+      const bool of_spdx = std::ranges::all_of(name, [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == '+';
+      });
+      const std::string id = of_spdx ? "https://spdx.org/licenses/" + name : fmt::format("#licence-{}", all.size() + 1);
       all.push_back(reference(id));
       graph.push_back({{"@id", id}, {"@type", "CreativeWork"}, {"name", name}});
     }

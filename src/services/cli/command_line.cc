@@ -19,6 +19,7 @@
 
 #include "cli/verbs.h"
 #include "experiment/experiment.h"
+#include "experiment/experiment_file.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
@@ -156,10 +157,10 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
     what.erase(begins, value.size());
   }
   constexpr std::string_view unconverted = "Could not convert: ";
-  if (what.starts_with(unconverted)) {
-    what = what.substr(unconverted.size()) + " is not a value that this flag can take";
-    if (has_decimal_comma(what)) what += "; write a decimal point";
-  }
+  const std::string odd = odd_sign_in(what);
+  const bool told = odd.empty() || what.find("decimal point") != std::string::npos;
+  if (what.starts_with(unconverted)) what = what.substr(unconverted.size()) + " is not a value that this flag can take";
+  if (!told) what += "; " + odd;
   return fmt::format("{}; granuscope{} --help lists what can be written here", what,
                      chosen.empty() ? "" : " " + chosen.front()->get_name());
 }

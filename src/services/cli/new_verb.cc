@@ -35,6 +35,7 @@ std::vector<double> friction_of(const NewOptions& options) {
   std::vector<double> friction(options.mu.size());
   bool whole = true;
   for (std::size_t k = 0; k < friction.size(); ++k) {
+    if (const std::string odd = odd_sign_in(options.mu[k]); !odd.empty()) throw InputError("--mu: {}", odd);
     key_fields::from_text(friction[k], options.mu[k]);
     whole = whole && options.mu[k].find('.') == std::string::npos;
   }
@@ -63,7 +64,7 @@ std::string file_text(const NewOptions& options) {
   if (!options.errors.empty()) text += "\n[precision]  # piles are drawn until the standard errors are so small\n";
   std::set<std::string> asked;
   for (const std::string& one : options.errors) {
-    if (has_decimal_comma(one)) throw InputError("--error-of {}: there is a decimal comma in it; write a point", one);
+    if (const std::string odd = odd_sign_in(one); !odd.empty()) throw InputError("--error-of {}: {}", one, odd);
     const std::size_t equals = one.find('=');
     if (equals == std::string::npos || (one.substr(0, equals) != "c" && one.substr(0, equals) != "D")) {
       throw InputError("--error-of {} asks for nothing; write c=0.001 or D=0.01", one);

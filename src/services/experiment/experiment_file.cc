@@ -26,6 +26,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <istream>
@@ -47,12 +48,31 @@
 #include "support/templates.h"
 
 namespace granuscope {
+
+std::string odd_sign_in(std::string_view text) {
+  if (text.find("\u2212") != std::string_view::npos) return "there is the sign U+2212 in it; write - for minus";
+  const std::string_view value = text.substr(text.find('=') + 1);
+  if (has_decimal_comma(value) && value.find_first_of("\"'[.") == std::string_view::npos)
+    return "there is a decimal comma in it; write a point";
+  return "";
+}
+
 namespace {
 
 constexpr std::uintmax_t most_bytes = 1'000'000;  // a hundred times the largest sensible experiment file
 
+/// 0.30000000000000004, as sums of 0.1 are printed elsewhere, means 0.3, which names of files then show.
+double as_meant(double number) {
+  constexpr int digits = 12;
+  constexpr double most = 4 * std::numeric_limits<double>::epsilon();
+  double round = number;
+  const std::string text = fmt::format("{:.{}g}", number, digits);
+  std::from_chars(text.data(), text.data() + text.size(), round);
+  return std::abs(round - number) <= most * std::abs(number) ? round : number;
+}
+
 std::optional<double> to_number(const toml::node& node) {
-  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* number = node.as_floating_point()) return as_meant(number->get());
   if (const auto* number = node.as_integer()) return static_cast<double>(number->get());  // 0 for 0.0
   return {};
 }
@@ -116,15 +136,6 @@ struct NodeReader {
 /// The node as the same alternative that `like` holds.
 std::optional<KeyValue> to_value(const toml::node& node, const KeyValue& like) {
   return std::visit(NodeReader{node}, like);
-}
-
-/// What people write in numbers that TOML does not know; "" if nothing is found.
-std::string odd_sign_in(std::string_view line) {
-  if (line.find("\u2212") != std::string_view::npos) return "there is the sign U+2212 in it; write - for minus";
-  const std::string_view value = line.substr(line.find('=') + 1);
-  if (has_decimal_comma(value) && value.find_first_of("\"'[.") == std::string_view::npos)
-    return "there is a decimal comma in it; write a point";
-  return "";
 }
 
 /// What a text that is no TOML may be: in another encoding, or with signs of other places in its line (from 1 on).
@@ -265,9 +276,11 @@ class Reader {
     try {
       return toml::parse(fmt::format("{} = {}", key, value));
     } catch (const toml::parse_error& error) {
-      if (!word)
-        throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it, or put a text into double quotes",
-                                     assignment, error.description()));
+      if (!word) {
+        const std::string odd = odd_sign_in(assignment);
+        throw InputError(fmt::format("--set {}: not valid TOML: {}; {}", assignment, error.description(),
+                                     odd.empty() ? "correct it, or put a text into double quotes" : odd));
+      }
     }
     std::string escaped;
     for (const char c : value) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);

@@ -30,6 +30,10 @@ Experiment parse_experiment(std::string_view text, const std::string& file,
                             const std::vector<std::string>& overrides = {}, EmptyFile empty = EmptyFile::allowed,
                             const std::string& title = {});
 
+/// What is written in numbers elsewhere and not here, and what to write instead: a sign for minus, or a decimal comma
+/// in what is no list; "" if nothing is found. The text may begin as KEY=.
+std::string odd_sign_in(std::string_view text);
+
 /// The experiment as TOML with every key written out and commented. It reads back to an equal experiment, and the same
 /// experiment gives the same bytes.
 std::string print_experiment(const Experiment& experiment);
