@@ -12,7 +12,6 @@ file(name) = sprintf('%s/%s.csv', folder, name)
 of(text, column) = strcol(1) eq text ? column : NaN
 
 # One panel beside another: its left and right end as shares of the width.
-set macros
 left = 'set lmargin at screen 0.09; set rmargin at screen 0.48'
 right = 'set lmargin at screen 0.59; set rmargin at screen 0.98'
 
