@@ -215,3 +215,23 @@ TEST_CASE("Charts of docs/performance.md are what the tables beside them give") 
       WARN(chart << " was plotted by another gnuplot, and not compared");
   }
 }
+
+TEST_CASE("Pages that commands make say what their templates say") {
+  INFO("`make -f Makefile.docs performance` and `results` renew them");
+  CHECK(text_of("docs/results.md").starts_with(text_of("templates/docs/results.md")));
+  const std::string page = text_of("docs/performance.md");
+  std::istringstream lines(text_of("templates/docs/performance.md"));
+  std::size_t at = 0, places = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("@@")) {  // a table or a sentence of numbers
+      ++places;
+      continue;
+    }
+    INFO(line);
+    const std::size_t found = page.find(line + '\n', at);
+    CHECK(found != std::string::npos);
+    if (found != std::string::npos) at = found + line.size();
+  }
+  CHECK(places > 10);
+  CHECK(page.find("@@") == std::string::npos);
+}
