@@ -11,9 +11,9 @@
 #include <numbers>
 #include <numeric>
 
+#include "analysis/force_bands.h"
 #include "analysis/jackknife.h"
 #include "ensemble/estimator.h"
-#include "ensemble/force_counts.h"
 #include "plot/gnuplot.h"
 #include "plot/growing_panel.h"
 #include "report/clean_json.h"
@@ -37,66 +37,6 @@ constexpr double least_count = 200;
 constexpr double refusal = 1e-3;
 /// Powers k that a stretched exponential is looked for between.
 constexpr double least_power = 0.2, most_power = 6;
-
-// Of the layers of a band together: force_counts, force_moments, and how many beads they are of.
-constexpr std::size_t moments_at = width, beads_at = moments_at + static_cast<std::size_t>(ForceMoment::count);
-
-double moment(const Numbers& sums, ForceMoment which, std::size_t further = 0) {
-  return sums[moments_at + static_cast<std::size_t>(which) + further];
-}
-
-/// Of recorded layers first .. end - 1, of each block.
-std::vector<Numbers> band_sums(const MeasuredEnsemble& ensemble, std::size_t first, std::size_t end) {
-  const BlockSums& sums = ensemble.record.sums;
-  std::vector<Numbers> blocks(sums.count.size(), Numbers(beads_at + 1));
-  for (std::size_t row = first; row < end; ++row) {
-    const LayerSums counts = sums.layer("force_counts", row), moments = sums.layer("force_moments", row);
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      for (std::size_t i = 0; i < moments_at; ++i) blocks[b][i] += counts.block(b)[i];
-      for (std::size_t i = moments_at; i < beads_at; ++i) blocks[b][i] += moments.block(b)[i - moments_at];
-      blocks[b][beads_at] += static_cast<double>(sums.count[b]) * ensemble.spec.lattice.columns;
-    }
-  }
-  return blocks;
-}
-
-/// The numbers f(sums), of all blocks and without each.
-template <typename F>
-std::vector<Replicated> replicated(const std::vector<Numbers>& blocks, F f) {
-  Numbers all(beads_at + 1);
-  for (const Numbers& block : blocks) std::ranges::transform(all, block, all.begin(), std::plus<>());
-  std::vector<Replicated> numbers;
-  for (const double value : f(all)) numbers.push_back({value, {}});
-  for (const Numbers& block : blocks) {
-    Numbers rest = all;
-    std::ranges::transform(all, block, rest.begin(), std::minus<>());
-    const Numbers values = f(rest);
-    for (std::size_t i = 0; i < values.size(); ++i) numbers[i].without_block.push_back(values[i]);
-  }
-  return numbers;
-}
-
-/// Which force is counted, where, how many a bead has, and what its powers are taken about.
-struct Force {
-  const char* symbol;
-  std::size_t histogram;
-  ForceMoment powers;
-  double about, per_bead;
-};
-constexpr Force weights{"w", weight, ForceMoment::w, 1, 1}, normals{"N", normal, ForceMoment::N, tan30, 2};
-
-double mean_of_force(const Numbers& sums, const Force& force) {
-  return force.about + moment(sums, force.powers) / (force.per_bead * sums[beads_at]);
-}
-
-/// Mean, variance over the square of the mean, and skewness.
-Numbers moments_of(const Numbers& sums, const Force& force) {
-  const double n = force.per_bead * sums[beads_at], mean = mean_of_force(sums, force), shift = mean - force.about;
-  const double second = moment(sums, force.powers, 1) / n, third = moment(sums, force.powers, 2) / n;
-  const double variance = second - shift * shift;
-  return {mean, variance / (mean * mean),
-          (third - 3 * shift * second + 2 * std::pow(shift, 3)) / std::pow(variance, 1.5)};
-}
 
 /// The groups of bins that a tail is fitted through.
 struct TailGroups {
@@ -123,7 +63,7 @@ TailGroups tail_groups(const double* counts, std::size_t blocks, double share) {
 
 /// ln P in the middle of each group, of x = force over its mean. A mean over a group lies above that by the factor
 /// sinh(a)/a, 2 a being the change of ln P over it.
-Numbers log_densities(const Numbers& sums, const Force& force, const TailGroups& groups) {
+Numbers log_densities(const Numbers& sums, const CountedForce& force, const TailGroups& groups) {
   const double unit = mean_of_force(sums, force) / (force.per_bead * sums[beads_at] * (groups.at(1) - groups.at(0)));
   Numbers logs;
   for (std::size_t g = 0; g < groups.points; ++g) {
@@ -205,7 +145,7 @@ Json form_json(const TailPoints& points, const Replicated& k, bool fitted) {
 
 /// The three forms of a tail: {"from", "to", "points", "exponential", "Gaussian", "stretched", "refused"}, or a reason.
 /// `curve`: the stretched one.
-Json fit_tail(const std::vector<Numbers>& blocks, const Force& force, double share, CurveRows& curve) {
+Json fit_tail(const std::vector<Numbers>& blocks, const CountedForce& force, double share, CurveRows& curve) {
   Numbers counts(values);
   for (const Numbers& block : blocks) {
     for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += block[force.histogram + i];
@@ -244,16 +184,15 @@ Json fit_tail(const std::vector<Numbers>& blocks, const Force& force, double sha
 /// What is measured in one band of layers.
 struct Band {
   Json numbers, tails = Json::array();
-  Numbers counts, errors;  ///< per bead, of each bin, with standard errors
-  double mean_w = 1, mean_N = 1;
+  std::vector<ForceSums> blocks;
   CurveRows tail_N;  ///< its stretched exponential
 };
 
 /// Of a model without contacts the weights alone. `name`: of its piles.
 Band measure_band(const std::vector<Numbers>& blocks, bool contacts, double share, const Json& name) {
-  Band band{.numbers = name, .counts = {}, .errors = {}, .tail_N = {}};
+  Band band{.numbers = name, .blocks = blocks, .tail_N = {}};
   CurveRows unused;
-  const auto add = [&](const Force& force, const std::string& key, CurveRows& curve) {
+  const auto add = [&](const CountedForce& force, const std::string& key, CurveRows& curve) {
     const auto moments = replicated(blocks, [&](const Numbers& sums) { return moments_of(sums, force); });
     band.numbers[key + "_mean"] = estimate(moments[0]);
     band.numbers[key + "_variance"] = estimate(moments[1]);
@@ -262,25 +201,13 @@ Band measure_band(const std::vector<Numbers>& blocks, bool contacts, double shar
     tail["force"] = force.symbol;
     tail.update(fit_tail(blocks, force, share, curve));
     band.tails.push_back(std::move(tail));
-    return moments[0].value;
   };
-  band.mean_w = add(weights, "weight", unused);
+  add(weights, "weight", unused);
   if (contacts) {
-    band.mean_N = add(normals, "normal", band.tail_N);
-    const auto friction = replicated(blocks, [](const Numbers& sums) {
-      const double contacts_in = 2 * sums[beads_at];
-      return Numbers{moment(sums, ForceMoment::mobilisation) / contacts_in,
-                     moment(sums, ForceMoment::sliding) / contacts_in};
-    });
+    add(normals, "normal", band.tail_N);
+    const auto friction = replicated(blocks, mobilisation_of);
     band.numbers["mobilisation"] = estimate(friction[0]);
     band.numbers["sliding"] = estimate(friction[1]);
-  }
-  for (const Replicated& bin : replicated(blocks, [](Numbers sums) {
-         for (double& one : sums) one /= sums[beads_at];
-         return sums;
-       })) {
-    band.counts.push_back(bin.value);
-    band.errors.push_back(estimate(bin).standard_error);
   }
   return band;
 }
@@ -293,47 +220,24 @@ struct ForceStatistics {
   std::string file_part() const { return has_contacts() ? "mu-" + exact(spec.sampler.mu) : "q-model"; }
 };
 
-/// Density of x = force over its mean: rows of x, P and its error, where P is known to better than a half.
-CurveRows density(const Band& band, const Force& force, double mean) {
-  const double factor = mean * per_unit / force.per_bead;
-  CurveRows rows;
-  for (std::size_t i = 0; i + 1 < values; ++i) {
-    const double count = band.counts[force.histogram + i], error = band.errors[force.histogram + i];
-    if (!(error < count / 2)) continue;
-    rows.push_back({(static_cast<double>(i) + 0.5) / (per_unit * mean), factor * count, factor * error});
-  }
-  return rows;
-}
-
-/// Density of |T|/(mu N) of the contacts that do not slide, per contact of all.
-CurveRows mobilised(const Band& band) {
-  CurveRows rows;
-  constexpr std::size_t half = mobilisations / 2;
-  for (std::size_t i = 0; i < half; ++i) {
-    const std::size_t up = mobilisation + 1 + half + i, down = mobilisation + half - i;
-    rows.push_back({(static_cast<double>(i) + 0.5) / half, (band.counts[up] + band.counts[down]) * half / 2,
-                    std::hypot(band.errors[up], band.errors[down]) * half / 2});
-  }
-  return rows;
-}
-
 /// The files beside the figure: P(w) of all bands, and of the deepest one the map of N and T/(mu N).
 void add_tables(Plot& plot, const ForceStatistics& one) {
   CsvTable w({"first_layer: layers", "w: mean weights", "density: dimensionless", "standard_error: dimensionless"});
   for (const Band& band : one.bands) {
-    for (const auto& [x, P, error] : density(band, weights, band.mean_w))
+    for (const auto& [x, P, error] : density_of(band.blocks, weights))
       w.add_row({band.numbers["first_layer"].get<double>(), x, P, error});
   }
   plot.add_data(one.file_part() + "-weights", w);
   if (!one.has_contacts()) return;
   CsvTable joint({"N: mean weights", "T_over_mu_N: dimensionless", "angle_from_vertical: degrees",
                   "density: per mean weight and unit of T_over_mu_N"});
+  const std::vector<Estimate> counts = counts_per_bead(one.bands.back().blocks);
   for (std::size_t i = 0; i < map_normals * map_mobilisations; ++i) {
     const std::size_t row = i / map_mobilisations, column = i % map_mobilisations;
     const double N = (static_cast<double>(row) + 0.5) / map_per_unit;
     const double mobilised_by = (2 * static_cast<double>(column) + 1) / map_mobilisations - 1;
     const double angle = 30 + std::atan(one.spec.sampler.mu * mobilised_by) * 180 / std::numbers::pi;
-    joint.add_row({N, mobilised_by, angle, one.bands.back().counts[map + i] / 4 * map_per_unit * map_mobilisations});
+    joint.add_row({N, mobilised_by, angle, counts[map + i].value / 4 * map_per_unit * map_mobilisations});
   }
   plot.add_data(one.file_part() + "-map", joint);
 }
@@ -353,9 +257,9 @@ Figure plot_force_statistics(const std::vector<ForceStatistics>& measured, const
     if (!one.has_contacts()) continue;
     const Band& band = one.bands.back();
     const Ink ink = ink_of_series(sliding.size());
-    forces.add(plot, one.file_part() + "-forces", density(band, normals, band.mean_N), ink.bars(0.8, 0.3), x, P);
+    forces.add(plot, one.file_part() + "-forces", density_of(band.blocks, normals), ink.bars(0.8, 0.3), x, P);
     forces.add(plot, one.file_part() + "-tail", band.tail_N, ink.line(1.2), x, P);
-    friction.add(plot, one.file_part() + "-friction", mobilised(band), ink.joined_bars(0.8, 0.35),
+    friction.add(plot, one.file_part() + "-friction", density_of_mobilisation(band.blocks), ink.joined_bars(0.8, 0.35),
                  "T_over_mu_N: dimensionless", P);
     plot.add_key(one.name["pile"], ink.points(0.6));
     sliding.push_back(told(band.numbers["sliding"], one));
@@ -435,7 +339,8 @@ class ForceStatisticsStudy final : public CopiedStudy<ForceStatisticsStudy> {
     for (std::size_t row = 0; row < sums.layers.size(); row += thickness) {
       Json name = one.name;
       name.update({{"first_layer", sums.layers[row]}, {"last_layer", sums.layers[row + thickness - 1]}});
-      one.bands.push_back(measure_band(band_sums(ensemble, row, row + thickness), one.has_contacts(), tail_, name));
+      one.bands.push_back(measure_band(band_sums(sums, ensemble.spec.lattice.columns, row, row + thickness),
+                                       one.has_contacts(), tail_, name));
     }
     measured_.push_back(std::move(one));
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -120,6 +121,70 @@ TEST_CASE("sample --statistics does not depend on the number of threads") {
   const auto one = numbers("1");
   CHECK(one == numbers("2"));
   CHECK(one == numbers("5"));
+}
+
+TEST_CASE("sample --distributions writes densities with errors that add up, and of the top those of uniform splits") {
+  const test::TemporaryFolder folder;
+  const auto distributed = [&](const std::string& mu, const std::string& layers, const std::string& band,
+                               const std::string& threads) {
+    const auto file = folder / (band + "-" + threads + ".csv");
+    const CommandResult result =
+        granuscope_command({"sample", "--statistics", "--mu", mu, "--columns", "100", "--layers", layers, "--samples",
+                            "128", "--band", band, "-j", threads, "--distributions", file.string()});
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    CHECK(nlohmann::json::parse(result.out)["per_layer"][0].contains("sliding"));
+    return read_file(file);
+  };
+  struct Sums {
+    double area = 0, mean = 0, last = 0, width = 1;
+  };
+  const auto sums_of = [](const std::string& csv) {
+    std::map<std::string, Sums> all;
+    std::istringstream lines(csv);
+    std::string line;
+    std::getline(lines, line);
+    CHECK(line == "of,x,density,standard_error");
+    while (std::getline(lines, line)) {
+      Sums& of = all[line.substr(0, line.find(','))];
+      double x = 0, density = 0, error = 0;
+      REQUIRE(std::sscanf(line.c_str() + line.find(','), ",%lf,%lf,%lf", &x, &density, &error) == 3);
+      CHECK(error >= 0);
+      if (of.area > 0) of.width = std::min(of.width, x - of.last);
+      of.last = x;
+      of.area += density;
+      of.mean += density * x;
+    }
+    return all;
+  };
+  const std::string deep = distributed("0.3", "60", "20,39", "1");
+  CHECK((deep == distributed("0.3", "60", "20,39", "2")));
+  std::map<std::string, Sums> sums = sums_of(deep);
+  REQUIRE(sums.size() == 4);
+  for (const char* of : {"w/<w>", "N/<N>"}) {  // but for some bins of the tail that are hardly known
+    INFO(of);
+    CHECK(sums[of].area * sums[of].width == Approx(1).epsilon(2e-3));
+    CHECK(sums[of].mean * sums[of].width == Approx(1).epsilon(5e-3));
+  }
+  CHECK(sums["|T|/(mu N)"].area * sums["|T|/(mu N)"].width + sums["share that slides"].area == Approx(1));
+  // In layer 0 H is uniform between the limits of the cone, on either contact alike: the mean of |T|/(mu N) is that of
+  // |atan(H/V) - 30 degrees| in tangents, by a sum over H. (Deeper piles draw some of it again.)
+  sums = sums_of(distributed("0.1", "3", "0,0", "2"));
+  const double mu = 0.1, low = (tan30 - mu) / (1 + tan30 * mu), high = (tan30 + mu) / (1 - tan30 * mu);
+  const auto mobilised = [&](double t) { return std::abs(t - tan30) / (1 + t * tan30) / mu; };
+  double expected = 0;
+  constexpr int steps = 4000;
+  for (int k = 0; k < steps; ++k) expected += mobilised(low + (high - low) * (k + 0.5) / steps) / steps;
+  const Sums& top = sums["|T|/(mu N)"];
+  CHECK(top.mean * top.width == Approx(expected).epsilon(0.02));
+  for (const auto& [band, told] : std::vector<std::pair<std::string, std::string>>{
+           {"5", "is not FIRST,LAST"}, {"30,60", "the pile has 0 to 59"}, {"9,5", "counts layers 9 to 5"}}) {
+    const CommandResult refused =
+        granuscope_command({"sample", "--statistics", "--mu", "0.3", "--columns", "20", "--layers", "60", "--band",
+                            band, "--distributions", (folder / "none.csv").string()});
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.err, Contains(told));
+  }
 }
 
 TEST_CASE("Few samples give values without standard errors, and say so") {

@@ -1,9 +1,8 @@
-#include "cli/sample_verb.h"
-
 #include <fmt/core.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -13,29 +12,37 @@
 #include <span>
 #include <string>
 
+#include "analysis/force_bands.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
 #include "cli/flag_checks.h"
+#include "cli/page_options.h"
 #include "cli/verbs.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/force_counts.h"
 #include "model/lattice.h"
+#include "report/clean_json.h"
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
+#include "support/csv.h"
 #include "support/machine.h"
+#include "support/plain_text.h"
 #include "support/progress.h"
 
 namespace granuscope {
 namespace {
 
 constexpr int usual_blocks = 32;
+/// min_blocks whole groups.
+constexpr std::uint64_t fewest_samples_with_errors = static_cast<std::uint64_t>(min_blocks) * group_size;
 
 struct SampleOptions {
   EnsembleSpec spec;
   std::string load = name_of(Load::uniform);
   int threads = 0;
   bool statistics = false;
+  std::string distributions, band;
+  std::array<double, 2> layers{};  ///< of the band, first and last
   OutputFile file;
   std::uint64_t sample = 0;
 };
@@ -90,94 +97,6 @@ void check_flags(EnsembleSpec spec) {
   found->key = flag_of(named);
   refuse(found);
 }
-
-ExitCode sample(SampleOptions options, VerbContext& context) {
-  EnsembleSpec& spec = options.spec;
-  if (!spec.sampler.model.has_contacts()) {
-    throw InputError(fmt::format(
-        "piles of the model {} have no contacts that could be stored; measure them by granuscope run, or give {} or {}",
-        name_of(spec.sampler.model.name), name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads)));
-  }
-  const DilutedBeadsSpec &diluted = spec.sampler.model.diluted_beads, usual;
-  if (spec.sampler.model.is_beads() && (diluted.share != usual.share || diluted.least_slack != usual.least_slack)) {
-    throw InputError(
-        "--opened-share and --least-slack belong to --model diluted-beads and would change nothing; leave them out, or "
-        "give that model");
-  }
-  set_load(options, spec);
-  check_flags(spec);
-  if (!options.statistics && !options.file.asked()) {
-    throw InputError(
-        "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
-  }
-  if (spec.record_forces && (!options.statistics || spec.response.samples < fewest_samples_with_errors)) {
-    throw InputError("--forces belongs to --statistics of at least {} --samples", fewest_samples_with_errors);
-  }
-  if (options.statistics && spec.response.samples < 1)
-    throw InputError("--samples 0 measures nothing; give at least 1");
-  require_suffix(options.file.path, ".h5");
-  if (options.file.asked()) options.file.require_free({});
-  const FrictionCone cone(
-      spec.sampler.mu, BeadGeometry(spec.lattice.angle));  // refuses a mu outside the model before any memory is taken
-  const Lattice lattice(spec.lattice);
-  const int workers = worker_count(options.threads);
-  const double of_forces = spec.record_forces ? 8.0 * force_bins::width * usual_blocks * lattice.layers() : 0;
-  require_memory(options.statistics ? workers * drawing_memory(spec.sampler, lattice) + of_forces
-                                    : bytes_per_bead * static_cast<double>(lattice.beads()));
-
-  if (options.file.asked()) store_sample(options, context);
-  if (!options.statistics) return ExitCode::done;
-  try {
-    context.out << sample_statistics_json(measure_samples(spec, options.threads, context.err));
-  } catch (const Interrupted&) {
-    throw Interrupted("stopped on request before all samples were drawn, so that there are no statistics; start again");
-  }
-  return ExitCode::done;
-}
-
-}  // namespace
-
-void add_sample_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("sample", "Draw random piles: store one of them, or measure many layer by layer");
-  const auto options = std::make_shared<SampleOptions>();
-  options->spec.response.samples = 256;
-  EnsembleSpec& spec = options->spec;
-  for (const Key& key : keys_of(spec.sampler.model)) {
-    if (key.table == "model" || key.table == "model.diluted_beads")
-      (key.name == "name"
-           ? verb->add_option_function<std::string>(
-                     "--model", [&spec](const std::string& name) { spec.sampler.model.name = model_named(name); },
-                     "frictional-beads, or diluted-beads (small piles with opened contacts)")
-                 ->default_str(key.text())
-           : add_key(*verb, key));
-  }
-  for (const Key& key : keys_of(spec)) {
-    if (key.only.elsewhere == Elsewhere::left_out || key.name == "estimator" || key.name == "blocks") continue;
-    if (key.name == "load") {
-      verb->add_option("--load", options->load,
-                       "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the "
-                       "pile that an ensemble of this estimator draws, to follow what it names as failed")
-          ->capture_default_str();
-    } else {
-      add_key(*verb, key,
-              key.name == "samples" ? "how many piles --statistics draws; 64 or more give standard errors" : "");
-    }
-  }
-  verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 4096));
-  verb->add_flag("--statistics", options->statistics,
-                 "print one JSON object on standard output and nothing else there");
-  verb->add_flag(
-      "--forces", spec.record_forces,
-      "with --statistics: also how normal forces scatter and how much friction is mobilised, by layer (uniform "
-      "load, 64 samples or more)");
-  add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
-  add_key(*verb, make_key("sample", "sample", "", "which pile --out stores", options->sample));
-  verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
-}
-
-namespace {
 
 using Clock = std::chrono::steady_clock;
 
@@ -238,24 +157,33 @@ Estimate layer_estimate(const BlockSums& sums, const std::string& quantity, std:
 }
 
 /// How the forces of the contacts leaving a layer are distributed, in units of the mean weight that leaves a bead.
-std::vector<std::pair<std::string, Estimate>> forces_of_layer(const EnsembleRecord& record, int columns,
-                                                              std::size_t row) {
-  const BlockMeans means = block_means(record.sums, "force_moments", row);
-  const auto measured = [&](const auto& number) {
-    Replicated all{number(means.whole), {}};
-    for (const auto& without : means.without_block) all.without_block.push_back(number(without));
-    return estimate(all, "no pile, or a whole block without any, could be completed");
+std::vector<std::pair<std::string, Estimate>> forces_of_layer(const BlockSums& sums, int columns, std::size_t row) {
+  const auto blocks = band_sums(sums, columns, row, row + 1);
+  auto all = replicated(blocks, [](const ForceSums& one) { return moments_of(one, normals); });
+  all.pop_back();  // the skewness
+  for (Replicated& one : replicated(blocks, mobilisation_of)) all.push_back(std::move(one));
+  std::vector<std::pair<std::string, Estimate>> numbers;
+  for (const char* name : {"normal_mean", "normal_variance", "mobilisation", "sliding"}) {
+    numbers.emplace_back(name,
+                         estimate(all[numbers.size()], "no pile, or a whole block without any, could be completed"));
+  }
+  return numbers;
+}
+
+/// P(w), P(N) and P(|T|/(mu N)) of these layers together, whose errors come from blocks of piles.
+std::string distributions(const BlockSums& sums, const EnsembleSpec& spec, std::array<double, 2> band) {
+  const auto blocks =
+      band_sums(sums, spec.lattice.columns, static_cast<std::size_t>(band[0]), static_cast<std::size_t>(band[1]) + 1);
+  CsvTable table({"of", "x", "density", "standard_error"});
+  const auto add = [&](const char* of, const DensityRows& rows) {
+    for (const auto& [x, density, error] : rows) table.add_cells({of, exact(x), exact(density), exact(error)});
   };
-  const auto mean_of = [&](const auto& moments, ForceMoment which, std::size_t further = 0) {
-    return moments[static_cast<std::size_t>(which) + further] / (2.0 * columns);
-  };
-  return {{"normal_mean", measured([&](const auto& all) { return tan30 + mean_of(all, ForceMoment::N); })},
-          {"normal_variance", measured([&](const auto& all) {
-             const double shift = mean_of(all, ForceMoment::N), mean = tan30 + shift;
-             return (mean_of(all, ForceMoment::N, 1) - shift * shift) / (mean * mean);
-           })},
-          {"mobilisation", measured([&](const auto& all) { return mean_of(all, ForceMoment::mobilisation); })},
-          {"sliding", measured([&](const auto& all) { return mean_of(all, ForceMoment::sliding); })}};
+  add("w/<w>", density_of(blocks, weights));
+  add("N/<N>", density_of(blocks, normals));
+  if (spec.sampler.mu > 0) add("|T|/(mu N)", density_of_mobilisation(blocks));
+  const Estimate sliding = estimate(replicated(blocks, mobilisation_of)[1]);
+  if (spec.sampler.mu > 0) add("share that slides", {{1, sliding.value, sliding.standard_error}});
+  return table.text();
 }
 
 /// Draws the completed piles again, all or evenly spaced ones, and returns the worst of their audits.
@@ -292,9 +220,12 @@ AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSamp
   return worst;
 }
 
-}  // namespace
-
-SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& messages) {
+/// Draws the piles and measures every layer. Standard errors are known from fewest_samples_with_errors on. Every pile
+/// is audited, or evenly spaced ones if they are too many; how many, and which piles failed, is told.
+SampleStatistics measure_samples(const SampleOptions& options, VerbContext& context) {
+  EnsembleSpec spec = options.spec;
+  const int threads = options.threads;
+  std::ostream& messages = context.err;
   spec.layers.clear();  // all
   spec.record_profiles = false;
   const std::uint64_t groups = spec.response.samples / group_size;
@@ -340,11 +271,124 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
     statistics.per_layer.push_back({record.sums.layers[n], layer_estimate(record.sums, "thrust", n),
                                     layer_estimate(record.sums, "weight_variance", n)});
     if (spec.record_forces) {
-      statistics.per_layer.back().forces = forces_of_layer(record, spec.lattice.columns, n);
+      statistics.per_layer.back().forces = forces_of_layer(record.sums, spec.lattice.columns, n);
     }
+  }
+  if (!options.distributions.empty()) {
+    OutputFile{options.distributions, options.file.force}.write(distributions(record.sums, spec, options.layers));
+    context.wrote(options.distributions);
   }
   statistics.audit = audit_samples(spec, record.failed, messages);
   return statistics;
+}
+
+ExitCode sample(SampleOptions options, VerbContext& context) {
+  EnsembleSpec& spec = options.spec;
+  if (!options.distributions.empty()) spec.record_forces = true;
+  if (!spec.sampler.model.has_contacts()) {
+    throw InputError(fmt::format(
+        "piles of the model {} have no contacts that could be stored; measure them by granuscope run, or give {} or {}",
+        name_of(spec.sampler.model.name), name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads)));
+  }
+  const DilutedBeadsSpec &diluted = spec.sampler.model.diluted_beads, usual;
+  if (spec.sampler.model.is_beads() && (diluted.share != usual.share || diluted.least_slack != usual.least_slack)) {
+    throw InputError(
+        "--opened-share and --least-slack belong to --model diluted-beads and would change nothing; leave them out, or "
+        "give that model");
+  }
+  set_load(options, spec);
+  check_flags(spec);
+  if (!options.statistics && !options.file.asked()) {
+    throw InputError(
+        "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
+  }
+  if (spec.record_forces && (!options.statistics || spec.response.samples < fewest_samples_with_errors)) {
+    throw InputError("--forces and --distributions belong to --statistics of at least {} --samples",
+                     fewest_samples_with_errors);
+  }
+  require_suffix(options.distributions, ".csv");
+  const int above_bottom = Lattice(spec.lattice).usable_layers(),
+            usable = above_bottom > 0 ? above_bottom : spec.lattice.layers;
+  options.layers = {std::floor(usable / 2.0), usable - 1.0};
+  const auto& [first, last] = options.layers;
+  if (!options.band.empty() && !parse_numbers(options.band, options.layers)) {
+    throw InputError("--band {} is not FIRST,LAST: two layers", options.band);
+  }
+  if (!options.distributions.empty() && !(first >= 0 && first <= last && last < spec.lattice.layers &&
+                                          first == std::floor(first) && last == std::floor(last))) {
+    throw InputError(
+        "--distributions counts layers {} to {}, and the pile has 0 to {}; give --band FIRST,LAST among them", first,
+        last, spec.lattice.layers - 1);
+  }
+  if (options.statistics && spec.response.samples < 1)
+    throw InputError("--samples 0 measures nothing; give at least 1");
+  require_suffix(options.file.path, ".h5");
+  if (options.file.asked()) options.file.require_free({});
+  const FrictionCone cone(
+      spec.sampler.mu, BeadGeometry(spec.lattice.angle));  // refuses a mu outside the model before any memory is taken
+  const Lattice lattice(spec.lattice);
+  const int workers = worker_count(options.threads);
+  const double of_forces = spec.record_forces ? 8.0 * force_bins::width * usual_blocks * lattice.layers() : 0;
+  require_memory(options.statistics ? workers * drawing_memory(spec.sampler, lattice) + of_forces
+                                    : bytes_per_bead * static_cast<double>(lattice.beads()));
+
+  if (options.file.asked()) store_sample(options, context);
+  if (!options.statistics) return ExitCode::done;
+  try {
+    context.out << sample_statistics_json(measure_samples(options, context));
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request before all samples were drawn, so that there are no statistics; start again");
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_sample_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand("sample", "Draw random piles: store one of them, or measure many layer by layer");
+  const auto options = std::make_shared<SampleOptions>();
+  options->spec.response.samples = 256;
+  EnsembleSpec& spec = options->spec;
+  for (const Key& key : keys_of(spec.sampler.model)) {
+    if (key.table == "model" || key.table == "model.diluted_beads")
+      (key.name == "name"
+           ? verb->add_option_function<std::string>(
+                     "--model", [&spec](const std::string& name) { spec.sampler.model.name = model_named(name); },
+                     "frictional-beads, or diluted-beads (small piles with opened contacts)")
+                 ->default_str(key.text())
+           : add_key(*verb, key));
+  }
+  for (const Key& key : keys_of(spec)) {
+    if (key.only.elsewhere == Elsewhere::left_out || key.name == "estimator" || key.name == "blocks") continue;
+    if (key.name == "load") {
+      verb->add_option("--load", options->load,
+                       "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the "
+                       "pile that an ensemble of this estimator draws, to follow what it names as failed")
+          ->capture_default_str();
+    } else {
+      add_key(*verb, key,
+              key.name == "samples" ? "how many piles --statistics draws; 64 or more give standard errors" : "");
+    }
+  }
+  verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
+  verb->add_flag("--statistics", options->statistics,
+                 "print one JSON object on standard output and nothing else there");
+  verb->add_flag(
+      "--forces", spec.record_forces,
+      "with --statistics: also how normal forces scatter and how much friction is mobilised, by layer (uniform "
+      "load, 64 samples or more)");
+  verb->add_option(
+      "--distributions", options->distributions,
+      "with --statistics: CSV file to write: how w, N and |T|/(mu N) are distributed, with standard errors");
+  verb->add_option(
+      "--band", options->band,
+      "FIRST,LAST: layers that --distributions counts together (if not given the lower half of those above "
+      "the bottom's)");
+  add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
+  add_key(*verb, make_key("sample", "sample", "", "which pile --out stores", options->sample));
+  verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
 }
 
 }  // namespace granuscope
