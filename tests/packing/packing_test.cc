@@ -100,6 +100,7 @@ TEST_CASE("Every way of writing the same contacts is read as the same packing") 
        "1,1,0,0,0.5,0\n1,2,1,0,0.5,0\n1,3,2,0,0.5,0\n1,4,9,9,0.5,0\n"},
       {"upper,lower,x_upper,z_upper,branch_x,branch_z,N,T\n1,2,0,0,1,0,2,0\n2,3,1,0,1,0,2,0.5\n", three_discs},
       {"id1,id2,N,T\n\"1\",\"2\",\"2\",\"0\"\n2,3,2,0.5\n3,2,2.00001,0.5\n", three_discs},  // rounded on either side
+      {"id1,id2,N,T # by hand\n1,2,2,0 # first\n2,3,2,0.5\n", three_discs},
       {"frame,id1,id2,N,T\n3,1,2,9,9\n7,1,2,2,0\n7,2,3,2,0.5\n", three_discs},
   };
   for (const auto& [contacts, particles] : files) {
@@ -182,6 +183,11 @@ TEST_CASE("Contacts with walls are drawn where the file says where they touch, w
   write_file(folder / "walls", head + "0\nITEM: ENTRIES a b c d e f g h i j k l\n");
   const std::string pairs_of_step = head + "1\nITEM: ENTRIES id1 id2 N\n1 2 2\n";
   CHECK(packing_of(folder, pairs_of_step, three_discs, steps).contacts.size() == 1);
+  write_file(folder / "walls", "id1,id2,N\n1,2,1\n");
+  CHECK_THROWS_WITH(packing_of(folder, pairs_of_step, three_discs, steps), Contains("12 names are given"));
+  steps.wall_columns.clear();
+  CHECK_THROWS_WITH(packing_of(folder, pairs_of_step, three_discs, steps),
+                    Contains("line 2: a contact of two particles"));
   write_file(folder / "walls", "ITEM: TIMESTEP\n7\nITEM: NUMBER OF ENTRIES\n0\n");
   CHECK_THROWS_WITH(packing_of(folder, pairs_of_step, three_discs, steps), Contains("there is no step 5 among"));
 }
@@ -276,6 +282,8 @@ TEST_CASE("Packings without forces, and those that only pull, have numbers and p
   const Packing bare = packing_of(folder, "id1 id2 N\n1 2 3\n2 3 1\n");
   CHECK(std::isnan(numbers_of(bare)["mean_diameter"]));
   CHECK(std::isnan(numbers_of(bare)["fabric_angle"]));
+  // Contacts that name no particles are not all with walls.
+  CHECK(numbers_of(packing_of(folder, "x1,y1,x2,y2,N\n0,0,1,0,1\n1,0,2,0,1\n"))["wall_contacts"] == 0);
   // A box that is periodic and does not say so.
   const Packing around =
       packing_of(folder, "id1 id2 N\n1 2 1\n2 3 1\n3 1 1\n", "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 7 0 0.5\n");
@@ -333,6 +341,22 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
        three_discs,
        {"of 3 lines that the step is to have, 1 are there"}},
       {"ITEM: NOTHING\n", "", {"no ITEM: TIMESTEP"}},
+      {"ITEM: TIMESTEP\nx\nITEM: NUMBER OF ENTRIES\n1\n", "", {"line 2: this is to be the number of a step"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n-3\nITEM: ENTRIES id1 id2 N\n1 2 1\n",
+       three_discs,
+       {"line 4: this is to be how many lines the step has"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS pp pp pp\n3 0\n0 9\n0 1\n"
+       "ITEM: ENTRIES id1 id2 N\n1 2 1\n",
+       three_discs,
+       {"line 6: these are to be the lower and the upper bound"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS pp", "", {"line 5: the step ends before"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS pp pp pp\n0 0.7\n0 9\n0 1\n"
+       "ITEM: ENTRIES id1 id2 N\n1 2 1\n",
+       three_discs,
+       {"a period of 0.7, which is less than a particle of 1 across"}},
+      {"id1,id2,N\n1,2,1e308\n2,3,1e308\n", three_discs, {"line 2: n is no number below 10^100"}},
+      {head, "id,x,y\n1,0,0\n2,1e300,0\n", {"line 3: x, y or the radius is no number"}},
+      {"frame,id1,id2,N\n1,1,2,1\nnan,2,3,1\n2,1,2,1\n", three_discs, {"line 3: the frame is no number"}},
   };
   for (const Bad& bad : cases) {
     INFO(bad.contacts);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 
 #include "packing/vtk_table.h"
@@ -130,15 +131,21 @@ class Reader {
     table.dump = table.named = true;
     std::string_view line;
     std::size_t rows = 0;
+    bool whole = false;
     while (lines.next(line)) {
       if (line.starts_with("ITEM: NUMBER OF ")) {
         lines.next(line);
-        rows = static_cast<std::size_t>(std::max(0.0, number_in(trimmed(line))));
+        const double told = number_in(trimmed(line));
+        if (!(told >= 0 && told < 1e15 && told == std::floor(told))) {
+          throw InputError("{}, line {}: this is to be how many lines the step has", file_.string(), lines.number());
+        }
+        rows = static_cast<std::size_t>(told);
       } else if (line.starts_with("ITEM: BOX BOUNDS")) {
         read_box(line, lines, table);
       } else if (line.starts_with("ITEM: TIMESTEP")) {
         break;
       } else if (line.starts_with("ITEM: ")) {
+        whole = true;
         std::vector<std::string> names = names_in(line.substr(6), ' ');
         if (!names.empty()) names.erase(names.begin());  // ENTRIES, BONDS, ATOMS
         set_columns(names, lines.number(), table);
@@ -157,6 +164,7 @@ class Reader {
         break;
       }
     }
+    if (!whole) problems_.add(lines.number(), "the step ends before the names of its columns: the file is cut off");
     return finished(std::move(table), even_empty);
   }
 
@@ -172,6 +180,7 @@ class Reader {
         if (separator == 0 && !line.empty()) comments.push_back(trimmed(line.substr(1)));
         continue;
       }
+      line = trimmed(line.substr(0, line.find(" #")));
       if (separator == 0) {
         separator = separator_of(line);
         bool numbers = true;
@@ -208,9 +217,12 @@ class Reader {
                                      file_.string(), lines.number()));
       }
       // Of a tilted form three names of tilts come before the flags.
-      if (axis < 2 && bounds.size() >= 2 && flags.size() >= 3 && flags[flags.size() - 3 + axis] == "pp") {
-        table.periods[axis] = bounds[1] - bounds[0];
+      if (axis > 1 || flags.size() < 3 || flags[flags.size() - 3 + axis] != "pp") continue;
+      if (bounds.size() < 2 || !(bounds[1] > bounds[0])) {
+        throw InputError("{}, line {}: these are to be the lower and the upper bound of a periodic box", file_.string(),
+                         lines.number());
       }
+      table.periods[axis] = bounds[1] - bounds[0];
     }
   }
 
@@ -285,10 +297,13 @@ NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf pa
         steps_.back().empty = number_in(trimmed(line)) == 0;
       }
       if (!line.starts_with("ITEM: TIMESTEP") || !lines.next(line)) continue;
-      steps_.push_back({number_in(trimmed(line)), text_.size() - lines.left(), lines.number()});
+      const double step = number_in(trimmed(line));
+      if (step != step)
+        throw InputError("{}, line {}: this is to be the number of a step", file_.string(), lines.number());
+      steps_.push_back({step, text_.size() - lines.left(), lines.number()});
     }
     if (!steps_.empty()) return;
-    throw InputError(fmt::format("{}: it begins as a dump of LAMMPS and has no ITEM: TIMESTEP", file_.string()));
+    throw InputError("{}: it begins as a dump of LAMMPS and has no ITEM: TIMESTEP with a number", file_.string());
   }
   if (text_.starts_with("\x89HDF")) {
     throw InputError(

@@ -54,6 +54,8 @@ constexpr double rounded = 1e-4;
 constexpr double out_of_plane = 0.01;
 
 constexpr std::size_t none = static_cast<std::size_t>(-1);
+/// Sums of squares and cubes of what is larger would be no numbers.
+bool is_number(double value) { return std::abs(value) < 1e100; }
 
 std::string lower_case(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -106,12 +108,15 @@ void tell_of_usual_names(const NumberTable& table, const std::filesystem::path& 
 }
 
 /// The frames of a table that has several, ascending.
-std::vector<double> frames_of(const NumberTable& table) {
+std::vector<double> frames_of(const NumberTable& table, const std::filesystem::path& file) {
   const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
   std::vector<double> seen;
+  LineProblems problems(file, table.row_name);
   for (std::size_t row = 0; frames && row < table.rows(); ++row) {
+    if (!is_number(frames(row))) problems.add(table.lines[row], "the frame is no number below 10^100");
     if (seen.empty() || seen.back() != frames(row)) seen.push_back(frames(row));
   }
+  problems.raise();
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   return seen;
@@ -122,7 +127,7 @@ std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::file
                                        std::optional<double> wanted, std::optional<double>& taken, std::size_t& steps) {
   std::vector<std::size_t> rows;
   const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
-  const std::vector<double> seen = frames_of(table);
+  const std::vector<double> seen = frames_of(table, file);
   taken = table.dump ? table.step : frames ? std::optional(wanted.value_or(seen.back())) : std::nullopt;
   steps = frames ? seen.size() : table.steps;
   if (wanted && !table.dump && (!frames || !std::binary_search(seen.begin(), seen.end(), *wanted))) {
@@ -149,6 +154,12 @@ class PackingReader {
     read_contacts(contacts_, files_.contacts);
     if (walls_ != nullptr) read_contacts(*walls_, files_.walls);
     set_mean_diameter();
+    for (const std::optional<double>& period : periods_) {
+      if (period && !(*period >= packing_.mean_diameter)) {
+        throw InputError("{}: the box has a period of {:g}, which is less than a particle of {:g} across",
+                         files_.contacts.string(), *period, packing_.mean_diameter);
+      }
+    }
     tell_of_long_branches();
     return std::move(packing_);
   }
@@ -193,7 +204,7 @@ class PackingReader {
       one.y = upside_down ? -ys(row) : ys(row);
       one.radius = radii ? radii(row) : diameters ? diameters(row) / 2 : 0;
       const double id = ids(row);
-      if (!std::isfinite(one.x) || !std::isfinite(one.y) || !(one.radius >= 0) || !std::isfinite(one.radius)) {
+      if (!is_number(one.x) || !is_number(one.y) || !(one.radius >= 0) || !is_number(one.radius)) {
         problems.add(table.lines[row], "x, y or the radius is no number, or the radius is negative");
       } else if (!is_id(id)) {
         problems.add(table.lines[row], fmt::format("the id {:g} is no whole number from 0 to 10^15", id));
@@ -288,7 +299,10 @@ class PackingReader {
       // LAMMPS lists every particle, with zeros where it touches no wall.
       if (c.touching() && !c.id2 && none_in(c.N) && none_in(c.fx) && none_in(c.fy)) continue;
       PackingContact one;
-      const std::string wrong = contact_in(c, row, one);
+      std::string wrong = contact_in(c, row, one);
+      if (wrong.empty() && !first_file && one.second != PackingContact::wall) {
+        wrong = "a contact of two particles; those of --walls are of one particle and a wall";
+      }
       if (!wrong.empty()) {
         problems.add(table.lines[row], wrong);
         continue;
@@ -357,8 +371,8 @@ class PackingReader {
     }
     for (const Column* column :
          {&c.x1, &c.y1, &c.x2, &c.y2, &c.branch_x, &c.branch_y, &c.N, &c.T, &c.fx, &c.fy, &c.contact_x, &c.contact_y}) {
-      if (*column && !std::isfinite((*column)(row))) {
-        return fmt::format("{} is no number", column->table->columns[column->at]);
+      if (*column && !is_number((*column)(row))) {
+        return fmt::format("{} is no number below 10^100", column->table->columns[column->at]);
       }
     }
     if (c.id1 && ids[0] < 0) return "the first particle is a wall; a wall, of a negative id, stands second";
@@ -508,7 +522,7 @@ PackingSource::PackingSource(PackingFiles files)
 
 std::vector<double> PackingSource::steps() const {
   std::vector<double> steps = contacts_.steps();
-  return steps.empty() ? frames_of(*contacts_.read({})) : steps;
+  return steps.empty() ? frames_of(*contacts_.read({}), files_.contacts) : steps;
 }
 
 Packing PackingSource::read(std::optional<double> step) const {

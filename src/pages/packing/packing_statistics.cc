@@ -81,7 +81,7 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
     tension += one.N < 0 ? 1 : 0;
     sliding += T >= mu * one.N * (1 - sliding_share) && T > rounding * mean ? 1 : 0;
     violating += one.N < -rounding * mean || T > mu * one.N * (1 + rounding) + rounding * mean ? 1 : 0;
-    walls += one.second == PackingContact::wall ? 1 : 0;
+    walls += one.second == PackingContact::wall && one.first != PackingContact::wall ? 1 : 0;
     if (!one.placed) continue;
     ++placed;
     const double length = std::hypot(one.branch_x, one.branch_y), nx = one.branch_x / length,

@@ -225,7 +225,7 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
       "--walls", options->walls,
       "contacts with walls, where they stand apart (`compute wall/gran/local` of LIGGGHTS, `fix wall/gran` "
       "of LAMMPS with `contacts`)");
-  verb->add_option("--wall-columns", options->wall_columns, "the same of --walls");
+  verb->add_option("--wall-columns", options->wall_columns, "the same of --walls")->needs("--walls");
   verb->add_option("--step", options->step, "of a dump, or `frame` of a table (the last if not given)");
   verb->add_option("--period-x", options->period_x, "of the box, where a dump does not say it, lengths of the file");
   verb->add_option("--period-y", options->period_y, "the same in y");

@@ -307,6 +307,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
                      fewest_samples_with_errors);
   }
   require_suffix(options.distributions, ".csv");
+  if (!options.distributions.empty()) OutputFile{options.distributions, options.file.force}.require_free({});
   const int above_bottom = Lattice(spec.lattice).usable_layers(),
             usable = above_bottom > 0 ? above_bottom : spec.lattice.layers;
   options.layers = {std::floor(usable / 2.0), usable - 1.0};
@@ -383,9 +384,10 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       "--distributions", options->distributions,
       "with --statistics: CSV file to write: how w, N and |T|/(mu N) are distributed, with standard errors");
   verb->add_option(
-      "--band", options->band,
-      "FIRST,LAST: layers that --distributions counts together (if not given the lower half of those above "
-      "the bottom's)");
+          "--band", options->band,
+          "FIRST,LAST: layers that --distributions counts together (if not given the lower half of those above "
+          "the bottom's)")
+      ->needs("--distributions");
   add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
   add_key(*verb, make_key("sample", "sample", "", "which pile --out stores", options->sample));
   verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
