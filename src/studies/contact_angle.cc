@@ -145,7 +145,7 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
         if (one.share.known()) shares.push_back({mu, one.share.value, one.share.standard_error});
         if (one.D.known() && one.D.value > 0) spreads.push_back({mu, one.D.value, one.D.standard_error});
       }
-      const Ink ink = ink_of_series(k);
+      const Ink ink = ink_of_value(k);
       const std::string name = exact(angles_[k]), mu = "mu: dimensionless";
       speed.add(plot, name + "-speed", shares, ink.joined_bars(1, 0.6), mu, "c/c0: dimensionless");
       spreading.add(plot, name + "-spreading", spreads, ink.joined_bars(1, 0.6), mu, "D: bead diameters");

@@ -51,7 +51,7 @@ std::string data_name(const DeepResponse& one) {
 class CurveKey {
  public:
   Ink ink_of(const DeepResponse& one) {
-    const auto [at, first] = inks_.try_emplace(one.spec.sampler.mu, ink_of_series(inks_.size()));
+    const auto [at, first] = inks_.try_emplace(one.spec.sampler.mu, ink_of_value(inks_.size()));
     if (first) entries_.push_back({"μ = " + caption_number(one.spec.sampler.mu), at->second.joined(0.9, 0.55)});
     if (one.by != DeepMeasurement::fluctuations) checks_.insert(one.by);
     return at->second;

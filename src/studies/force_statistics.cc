@@ -256,7 +256,7 @@ Figure plot_force_statistics(const std::vector<ForceStatistics>& measured, const
     add_tables(plot, one);
     if (!one.has_contacts()) continue;
     const Band& band = one.bands.back();
-    const Ink ink = ink_of_series(sliding.size());
+    const Ink ink = ink_of_value(sliding.size());
     forces.add(plot, one.file_part() + "-forces", density_of(band.blocks, normals), ink.bars(0.8, 0.3), x, P);
     forces.add(plot, one.file_part() + "-tail", band.tail_N, ink.line(1.2), x, P);
     friction.add(plot, one.file_part() + "-friction", density_of_mobilisation(band.blocks), ink.joined_bars(0.8, 0.35),

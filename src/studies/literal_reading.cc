@@ -229,47 +229,48 @@ Figure plot_literal_reading(const std::vector<DepthExponents>& depths, const Dep
                             const std::vector<double>& met, const std::filesystem::path& run_folder) {
   Plot plot;
   plot.id = "literal-reading";
-  plot.height = 2.7;
-  plot.key.inches = 0.25;
-  plot.key.horizontal = true;
-  CsvTable table({"z: bead diameters", "gamma: dimensionless", "gamma_error: dimensionless", "beta: dimensionless",
-                  "beta_error: dimensionless", "alpha: dimensionless", "alpha_error: dimensionless",
-                  "gamma_from_load: dimensionless"});
+  plot.height = 2.5;
+  const std::array<const char*, 3> symbols{"γ", "β", "α"};
+  // Another reading than the slopes: each exponent has its marker, all have its colour.
+  const std::array<Ink, 3> inks{Ink{"vermilion", 13}, Ink{"vermilion", 5}, Ink{"vermilion", 9}};
+  std::array<Panel, 2> panels{left_panel(), right_panel()};
   Range z;
   std::array<Range, 2> shown;  // of gamma and alpha, and of beta
+  CsvTable from_load({"z: bead diameters", "gamma: dimensionless"});
   for (const DepthExponents& depth : depths) {
-    std::vector<double> row{depth.z};
     z.add(depth.z);
-    for (std::size_t i = 0; i < paper.size(); ++i) {
-      const Estimate& one = paper[i].of(depth.literal);
-      row.insert(row.end(), {one.value, one.standard_error});
-      shown[i == 1].add(one.value, one.standard_error);
-    }
-    row.push_back(paper[0].of(depth.from_load).value);
-    shown[0].add(row.back());
-    table.add_row(row);
-  }
-  const std::string file = plot.add_data("", table);
-  const std::array<const char*, 3> symbols{"γ", "β", "α"};
-  std::array<Panel, 2> panels{left_panel(), right_panel()};
-  const Style of_paper{"lines", "black", 1.2, 3};
-  for (std::size_t p = 0; p < panels.size(); ++p) {
-    for (std::size_t i = 0; i < paper.size(); ++i) {
-      if ((i == 1) == (p == 1)) shown[p].add(paper[i].number.value);
-    }
-    panels[p].x = linear_axis("depth z at which c and D are read", widened(z, 0.03), 6);
-    panels[p].y = linear_axis(p == 0 ? "exponents γ and α" : "exponent β", widened(shown[p], 0.08), 6);
+    const double gamma = paper[0].of(depth.from_load).value;
+    from_load.add_row({depth.z, gamma});
+    shown[0].add(gamma);
   }
   for (std::size_t i = 0; i < paper.size(); ++i) {
-    Panel& panel = panels[i == 1];
-    panel.add_level(paper[i].number.value, of_paper);
-    const Ink ink = ink_of_series(i);
-    panel.add(file, fmt::format("1:{}:{}", 2 + 2 * i, 3 + 2 * i), ink.bars(0.8, 0.35));
-    plot.add_key(symbols[i], ink.points(0.55));
+    const std::string name = paper[i].name;
+    CsvTable table({"z: bead diameters", name + ": dimensionless", "standard_error: dimensionless",
+                    "chi2_per_dof: dimensionless"});
+    for (const DepthExponents& depth : depths) {
+      const ScalingFit& fit = paper[i].fit_of(depth.literal);
+      const Estimate& one = fit.exponent;
+      table.add_row({depth.z, one.value, one.standard_error, fit.scatter.chi2 / fit.scatter.degrees_of_freedom});
+      shown[i == 1].add(one.value, one.standard_error);
+    }
+    shown[i == 1].add(paper[i].number.value);
+    panels[i == 1].add(plot.add_data(name, table), "1:2:3", inks[i].bars(0.8, 0.45), symbols[i]);
   }
-  panels[0].add(file, "1:8", ink_of_series(0).line(0.9, 2));
-  plot.add_key("γ from z − ½", ink_of_series(0).line(0.9, 2));
-  plot.add_key("the paper", of_paper);
+  panels[0].add(plot.add_data("gamma-from-load", from_load), "1:2", inks[0].line(0.9));
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    Panel& panel = panels[p];
+    panel.x = linear_axis("depth z at which c and D are read", widened(z, 0.03), 6);
+    panel.y = linear_axis(p == 0 ? "exponents γ and α" : "exponent β", widened(shown[p], 0.08), 6);
+    panel.top = 0.08;
+    for (std::size_t i = 0; i < paper.size(); ++i) {
+      if ((i == 1) == (p == 1)) panel.add_level(paper[i].number.value, {"lines", "black", 1.2, 3});
+    }
+  }
+  for (std::size_t i = 0; i < paper.size(); ++i) plot.add_key(symbols[i], inks[i].points(0.6));
+  plot.add_key("γ from z − ½", inks[0].line(0.9));
+  plot.add_key("the paper", {"lines", "black", 1.2, 3});
+  plot.key.inches = 0.25;
+  plot.key.horizontal = true;
   plot.panels.assign(panels.begin(), panels.end());
   return plot_figure(plot,
                      {"studies/literal_reading.captions",

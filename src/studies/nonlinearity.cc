@@ -408,7 +408,7 @@ void add_series(Plot& plot, NonlinearityPanels& panels, const Series& series, st
   if (table.empty()) return;
   const std::string file = plot.add_data(fmt::format("{}-mu-{}", name_of(series.estimator), exact(series.mu)), table);
   const bool point = series.estimator == EstimatorName::point;
-  const Ink ink = ink_of_series(colour);
+  const Ink ink = ink_of_value(colour);
   const Style style = point ? ink.joined_bars(1.2, 0.55) : ink.joined_bars(0.8, 0.35, 2);
   panels.D.add(file, "1:2:3", style);
   panels.c.add(file, "1:4:5", style);

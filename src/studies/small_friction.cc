@@ -69,7 +69,7 @@ void add_saturation(Plot& plot, Saturation& all, const SmallFriction& one) {
     all.variance.add(y, error);
   }
   if (table.empty()) return;
-  const Ink ink = ink_of_series(all.panel.curves.size());
+  const Ink ink = ink_of_value(all.panel.curves.size());
   all.panel.add(plot.add_data("mu-" + exact(one.spec.sampler.mu), table), "1:2:3", ink.bars(0.8, 0.35));
   plot.add_key("μ = " + caption_number(one.spec.sampler.mu), ink.points(0.55));
 }
@@ -140,17 +140,18 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
   Plot plot;
   plot.id = figure_id;
   plot.height = 3.1;
-  plot.key = {.inches = 0.66, .lines = 3, .sample = 2, .entries = {}};
+  plot.key = {.inches = 0.5, .lines = 2, .sample = 2, .entries = {}};
   Saturation saturation;
   PowerLawPanel panel;
   panel.id = "slowing";
   panel.x_label = "friction coefficient μ";
   panel.y_label = "c₀ − c  (thrust)";
-  panel.against_mu = true;
   panel.left = 0.60;
-  panel.right = 0.985;
-  panel.paper_exponent = "1";
-  PowerLawSeries narrow{"narrow-piles", {}, scaling}, wide{"main-piles", {}, {}};
+  panel.paper_exponent = 1;
+  panel.paper_note = "the paper, for c: 1";
+  panel.ratios = true;
+  PowerLawSeries narrow{"narrow-piles", {}, scaling, {"blue", 7}, "narrow deep piles: " + in_words(scaling.exponent)};
+  PowerLawSeries wide{"main-piles", {}, {}, {"vermilion", 13}, ""};
   wide.fit.window = main.scaling.gamma.window;
   int columns = 0;
   double shallowest = std::numeric_limits<double>::infinity();
@@ -166,9 +167,10 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
     wide.points.push_back(
         point_of(result.scanned(), {tan30 - result.c_thrust.value, result.c_thrust.standard_error, ""}));
   }
-  panel.series = {narrow, wide};
+  const bool with_wide = std::ranges::any_of(wide.points, fits_log_axes);
+  if (with_wide) wide.note = "the main piles";
+  panel.series = {wide, narrow};
   const Estimate& exponent = scaling.exponent;
-  panel.notes = {"narrow deep piles: " + in_words(exponent), "", "the paper, for c: 1"};
   const bool saturates = !saturation.panel.curves.empty();
   if (saturates) {
     const Range& reach = saturation.depth;
@@ -188,9 +190,6 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
         "the figure of small friction has nothing to show, because no thrust ratio was measured for it; list friction "
         "coefficients in studies.small_friction.mu");
   }
-  plot.add_key("right: narrow deep piles", Ink{"blue", 7}.points(0.55));
-  if (law.second) plot.add_key("right: the main piles", Ink{"vermilion", 12}.points(0.6));
-  plot.add_key("the paper's exponent", {.width = 1.4, .dash = 3});
   return plot_figure(plot,
                      {"studies/small_friction.captions",
                       {{"columns", std::to_string(columns)},
@@ -204,8 +203,8 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
                        {"at_high", in_words(scaling.running.at_high)},
                        {"low", caption_number(scaling.window[0])},
                        {"high", caption_number(scaling.window[1])},
-                       {"main_piles", law.second ? "yes" : ""},
-                       {"off_scale", off_scale_in_words(law, "")}}},
+                       {"main_piles", with_wide ? "yes" : ""},
+                       {"off_scale", law.off_scale}}},
                      run_folder);
 }
 

@@ -329,7 +329,7 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
       ratio_range.add(depth.found[eta].value / c2, depth.found[eta].standard_error / c2);
     }
     if (table.empty()) continue;
-    const Ink ink = ink_of_series(share.curves.size() / 2);
+    const Ink ink = ink_of_value(share.curves.size() / 2);
     const std::string file = plot.add_data("mu-" + exact(one.spec.sampler.mu), table);
     share.add(file, "1:2:3", ink.joined_bars(0.9, 0.5));
     share.add(file, "1:4", ink.line(0.8, 2));

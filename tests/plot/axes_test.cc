@@ -85,7 +85,7 @@ TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long 
   CHECK(log_ticks(range(0.2, 0.33)) == linear_ticks(range(0.2, 0.33), 4));  // 0.2 alone would be no scale
   const Axis bare = without_words({"x", 0, 3, false, {{"a", 1}, {"", 2, true}}});
   CHECK(text(bare.ticks) == "'' 1 0, '' 2 1");
-  CHECK(bare.label.empty());
+  CHECK(bare.silent);
   CHECK(log_ticks(range(0.1, 0.3)) == "'0.1' 0.1 0, '0.2' 0.2 0, '' 0.3 1");
   const std::string decades = log_ticks(range(0.01, 1));
   CHECK(decades.find("'0.01' 0.01 0") == 0);

@@ -155,23 +155,63 @@ std::vector<Mark> marks(const std::string& svg) {
   return found;
 }
 
+constexpr const char* path_data = " d='";
+
+/// The straight pieces of the path that begins at `from`.
+void add_pieces(const std::string& svg, std::size_t from, std::vector<std::pair<Point, Point>>& pieces) {
+  const std::size_t start = from + std::string(path_data).size();
+  std::istringstream words(svg.substr(start, svg.find('\'', start) - start));
+  Point before;
+  for (std::string word; words >> word;) {
+    const Point here{std::atof(word.c_str() + 1), std::atof(word.c_str() + word.find(',') + 1)};
+    if (word[0] == 'L') pieces.emplace_back(before, here);
+    if (word[0] == 'M' || word[0] == 'L') before = here;
+  }
+}
+
 /// The straight pieces of all curves and error bars.
 std::vector<std::pair<Point, Point>> pieces_of_curves(const std::string& svg) {
   std::vector<std::pair<Point, Point>> pieces;
-  const std::string curve = "<g id=\"gnuplot_plot_", path = " d='";
+  const std::string curve = "<g id=\"gnuplot_plot_";
   for (std::size_t at = svg.find(curve); at != std::string::npos; at = svg.find(curve, at + 1)) {
     const std::size_t end = svg.find("\n\t</g>", at);
-    for (std::size_t from = svg.find(path, at); from < end; from = svg.find(path, from + 1)) {
-      std::istringstream words(svg.substr(from + path.size(), svg.find('\'', from + path.size()) - from - path.size()));
-      Point before;
-      for (std::string word; words >> word;) {
-        const Point here{std::atof(word.c_str() + 1), std::atof(word.c_str() + word.find(',') + 1)};
-        if (word[0] == 'L') pieces.emplace_back(before, here);
-        if (word[0] == 'M' || word[0] == 'L') before = here;
-      }
+    for (std::size_t from = svg.find(path_data, at); from < end; from = svg.find(path_data, from + 1)) {
+      add_pieces(svg, from, pieces);
     }
   }
   return pieces;
+}
+
+/// The sides of triangles that show a slope: what is dotted black and no curve.
+std::vector<std::pair<Point, Point>> pieces_of_triangles(const std::string& svg) {
+  std::string rest = svg;
+  const std::string curve = "<g id=\"gnuplot_plot_";
+  for (std::size_t at = rest.find(curve); at != std::string::npos; at = rest.find(curve, at)) {
+    rest.erase(at, rest.find("\n\t</g>", at) - at);
+  }
+  std::vector<std::pair<Point, Point>> pieces;
+  const std::string dotted = "stroke='rgb(  0,   0,   0)' stroke-dasharray=";
+  for (std::size_t at = rest.find(dotted); at != std::string::npos; at = rest.find(dotted, at + 1)) {
+    add_pieces(rest, rest.find(path_data, at), pieces);
+  }
+  return pieces;
+}
+
+bool meet(const std::pair<Point, Point>& one, const std::pair<Point, Point>& other) {
+  const auto side = [](const std::pair<Point, Point>& line, const Point& place) {
+    return (line.second.x - line.first.x) * (place.y - line.first.y) -
+           (line.second.y - line.first.y) * (place.x - line.first.x);
+  };
+  return side(one, other.first) * side(one, other.second) < 0 && side(other, one.first) * side(other, one.second) < 0;
+}
+
+/// How far a place is from a straight piece.
+double away_from(const std::pair<Point, Point>& piece, const Point& place) {
+  const auto& [from, to] = piece;
+  const double dx = to.x - from.x, dy = to.y - from.y;
+  const double along =
+      std::clamp(((place.x - from.x) * dx + (place.y - from.y) * dy) / std::max(dx * dx + dy * dy, 1e-9), 0.0, 1.0);
+  return std::hypot(from.x + along * dx - place.x, from.y + along * dy - place.y);
 }
 
 /// A pixel of rounding, and the side bearings of letters.
@@ -186,6 +226,16 @@ void check_texts(const std::string& svg) {
   const std::vector<Mark> all_marks = marks(svg);
   const std::vector<std::pair<Point, Point>> curves = pieces_of_curves(svg);
   CHECK(boxes.size() > 5);
+  for (const auto& side : pieces_of_triangles(svg)) {
+    INFO("a triangle from " << side.first.x << ", " << side.first.y << " to " << side.second.x << ", "
+                            << side.second.y);
+    for (const Mark& mark : all_marks) CHECK(away_from(side, mark.middle) > mark.radius);
+    for (const auto& piece : curves) CHECK_FALSE(meet(side, piece));
+    for (const TextBox& box : boxes) {
+      INFO("it lies on " << box.text);
+      CHECK_FALSE(crosses(box, side.first, side.second, tolerance_px));
+    }
+  }
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const TextBox& box = boxes[i];
     INFO(box.text << " in the middle of " << box.middle.x << ", " << box.middle.y << " of " << width << " x "

@@ -6,7 +6,7 @@
 namespace granuscope {
 
 /// Checks that no text of a gnuplot SVG reaches over its edges or lies on another one, on a point or on a line, by the
-/// metrics of its font.
+/// metrics of its font, and that no triangle of a slope lies on any of these.
 void check_texts(const std::string& svg);
 
 /// Words of two letters or more that a catalogue leaves as they are: none may be left of an English text.

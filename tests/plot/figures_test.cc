@@ -166,7 +166,7 @@ TEST_CASE("Where no slope is known the scaling shows none") {
   last.c = last.D = synthetic::unknown("the noise leaves open whether there are two peaks");
   last.c_thrust = synthetic::known(0.9033, 0.0004);
   plot_scaling_with_friction(analysis, run.path());
-  for (const char* part : {"D-of-mu-slopes-inside", "D-of-mu-slopes-outside", "c-of-mu-slopes-outside"}) {
+  for (const char* part : {"D-of-mu-slopes", "D-of-mu-slopes-outside"}) {
     const std::filesystem::path file = run.path() / fmt::format("figures/scaling-with-friction-{}.csv", part);
     if (std::filesystem::exists(file)) CHECK_FALSE(contains(read_file(file), "\n1.7,"));
   }
@@ -181,7 +181,10 @@ TEST_CASE("Points too far from their law for the narrow panel are arrows at its 
   const Figure figure = plot_propagation_against_diffusion(analysis, run.path());
   CHECK(contains(figure.details, "too far from the law for it, μ = 0.4."));
   CHECK(contains(read_file(run.path() / figure.script), ", graph 0.3 to first "));
-  CHECK(contains(plot_scaling_with_friction(analysis, run.path()).details, "c₀ − c (slopes) at μ = 0.4"));
+  for (Transport& result : analysis.results) {
+    if (result.scanned() == 0.3) result.D.value = 0.01;
+  }
+  CHECK(contains(plot_scaling_with_friction(analysis, run.path()).details, "too far from the law, μ = 0.3."));
 }
 
 TEST_CASE("Deep peaks far out keep their names inside the frame") {
@@ -220,7 +223,7 @@ TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
   CHECK_FALSE(contains(against.details, "α = 0"));
 }
 
-TEST_CASE("c against D shows the fit, the paper's exponent, both kinds of points, and names every point") {
+TEST_CASE("c against D shows the fit, both kinds of points, and names every point once") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
   const Figure figure = plot_propagation_against_diffusion(analysis, run.path());
@@ -228,18 +231,15 @@ TEST_CASE("c against D shows the fit, the paper's exponent, both kinds of points
   CHECK(contains(figure.details, "μ = 0 (exact)"));
   CHECK(contains(figure.details, "μ = 0.6"));
   CHECK(contains(figure.details, "α = 0.688(43)"));
-  const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"diffusion coefficient D  (bead diameters)", "propagation coefficient c", "c₀ − c",
-                            "over law", "the paper's exponent", "outside the window", "this run: α = 0.688(43)"}) {
+  const std::string svg = read_file(run.path() / figure.screen), script = read_file(run.path() / figure.script);
+  for (const char* label : {"diffusion coefficient D  (bead diameters)", "propagation coefficient c", "over law",
+                            "c₀ = tan 30°", "slopes: α = 0.688(43)"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }
   for (const char* mu : {"0.1", "0.15", "0.2", "0.3", "0.4"}) {  // at 0.6 D is unknown
     INFO(mu);
-    const std::string name = ">" + std::string(mu) + "<";
-    const std::size_t left = svg.find(name);
-    REQUIRE(left != std::string::npos);
-    CHECK(svg.find(name, left + 1) != std::string::npos);  // beside its point in both panels
+    CHECK(test::count(script, "set label '" + std::string(mu) + "' at graph") == 1);
   }
 }
 
@@ -249,15 +249,13 @@ TEST_CASE("The scaling with friction shows slopes beside what is read at one dep
   const Figure figure = plot_scaling_with_friction(analysis, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.details, "β = 2.538(81)"));
-  CHECK(contains(figure.details, "γ = 1.743(92)"));
   CHECK(contains(figure.details, "at z = 95.8, with β = 2.790(70)"));
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"slopes: β = 2.538(81)", "at z = 95.8: β = 2.790(70)", "the paper: γ = 1", "over law",
-                            "open: outside the window"}) {
+  for (const char* label : {"slopes: β = 2.538(81)", "at z = 95.8: β = 2.790(70)", "the paper: β ≈ 2.5", "over law"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }
-  const std::string csv = read_file(run.path() / "figures/scaling-with-friction-c-of-mu-at_one_depth-inside.csv");
+  const std::string csv = read_file(run.path() / "figures/scaling-with-friction-D-of-mu-at_one_depth.csv");
   CHECK(std::count(csv.begin(), csv.end(), '\n') == 2 + 4);  // of mu = 0.1 to 0.3
 }
 
@@ -329,7 +327,7 @@ TEST_CASE("One bead's forces balance and stay inside their cones") {
   CHECK(std::abs(fz) < 1e-12);
   CHECK(std::abs(torque) < 1e-12);
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"θ₁ = ", "θ₄ = ", "normal force N", "tangential force T"}) CHECK(contains(svg, label));
+  for (const char* label : {"θ₁", "θ₄", "normal force N", "tangential force T"}) CHECK(contains(svg, label));
   CHECK_THROWS_AS(plot_bead_forces(pile, {50}, run.path()), InputError);
 }
 

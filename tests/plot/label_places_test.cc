@@ -100,9 +100,7 @@ TEST_CASE("a name without a line is nearer to its own point than to any other") 
 }
 
 TEST_CASE("names keep off the notes and off curves where there is room") {
-  Range strip;
-  strip.add(0.8);
-  strip.add(1);
+  const PanelLine strip{{0, 0.8}, {0.5, 1}};
   const LabelPlace below = place_labels({named(0.1, 0.79, "0.3")}, {width, height, {}, {strip}}).front();
   CHECK(below.left.y * height + 0.05 < 0.8 * height);
   const LabelledPanel level{width, height, {{{0, 0.5}, {1, 0.5}}}, {}};

@@ -63,15 +63,15 @@ TEST_CASE("The longest texts of exponents, where there is no power law, leave po
   Analysis analysis = synthetic::analysis();
   ScalingFits &read = analysis.readings[0].fits, &small = analysis.readings[1].fits;
   read.gamma = synthetic::power_law(1.104, 0.02, -2.5, {0.1, 0.3});
-  for (ScalingFit* fit :
-       {&analysis.scaling.gamma, &analysis.scaling.alpha, &read.gamma, &read.alpha, &small.gamma, &small.alpha}) {
+  for (ScalingFit* fit : {&analysis.scaling.beta, &analysis.scaling.gamma, &analysis.scaling.alpha, &read.beta,
+                          &read.gamma, &read.alpha, &small.gamma, &small.alpha}) {
     fit->scatter.chi2 = 123;
     fit->scatter.degrees_of_freedom = 4;
     REQUIRE(fit->misses_the_points());
   }
   analysis.results.back().D = synthetic::known(0.46, 0.06);
   const Figure scaling = plot_scaling_with_friction(analysis, run.path());
-  CHECK(contains(scaling.details, "γ = 1.10 (χ² 120/4)"));
+  CHECK(contains(scaling.details, "β = 2.54 (χ² 120/4)"));
   for (const std::string& id : {plot_main_finding(analysis, run.path()).id, scaling.id,
                                 plot_propagation_against_diffusion(analysis, run.path()).id}) {
     check_at_widths_of_journals(run / "figures", id);

@@ -47,13 +47,14 @@ TEST_CASE("A figure of a run is plotted again in another language, with commas")
   FigureStyle style;
   style.format = "svg";
   for (const auto& [language, words, in_caption] :
-       {std::tuple("fr", "loi de puissance ajustée", "Lus à "), {"de", "angepasstes Potenzgesetz", "Kreise: Steig"}}) {
+       {std::tuple("fr", "coefficient de frottement", "par les pentes (cercles)"),
+        {"de", "Reibungszahl", "Steigungen (Kreise)"}}) {
     INFO(language);
     style.language = language;
     const PlottedFigure plotted = plot_again(run / "figures", id, style);
     CHECK(contains(plotted.bytes, words));
     CHECK(contains(plotted.bytes, ">0,1<"));
-    CHECK_FALSE(contains(plotted.bytes, "power law"));
+    CHECK_FALSE(contains(plotted.bytes, "friction coefficient"));
     CHECK(contains(plotted.caption, in_caption));
   }
   style.language = "it";

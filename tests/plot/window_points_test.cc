@@ -1,12 +1,13 @@
 #include "plot/power_law_panel.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "kit/temporary_folder.h"
-#include "model/lattice.h"
 #include "plot/depth_figures.h"
+#include "plot/main_finding.h"
 #include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
 #include "support/files.h"
@@ -23,17 +24,24 @@ Analysis analysis_over(std::array<double, 2> window) {
   return analysis;
 }
 
-/// y / x^exponent of each guide of a script, "y * ($1 / x)**exponent".
-std::vector<double> guide_factors(const std::string& script) {
-  std::vector<double> factors;
-  const std::string begin = "'+' using 1:(", middle = " * ($1 / ";
-  for (std::size_t at = script.find(begin); at != std::string::npos; at = script.find(begin, at + 1)) {
-    if (script.substr(0, script.find('\n', at)).find(middle, at) == std::string::npos) continue;
-    double y = 0, x = 0, exponent = 0;
-    REQUIRE(std::sscanf(script.c_str() + at + begin.size(), "%lf * ($1 / %lf)**%lf", &y, &x, &exponent) == 3);
-    factors.push_back(y / std::pow(x, exponent));
+/// The exponent of each dotted triangle of a script: its longest side is a line on logarithmic axes.
+std::vector<double> triangle_exponents(const std::string& script) {
+  std::vector<double> exponents;
+  const auto decades = [&](std::size_t at, const std::string& axis) {
+    double low = 0, high = 0;
+    const std::size_t range = script.rfind("set " + axis + "range [", at);
+    REQUIRE(std::sscanf(script.c_str() + range + 12, "%lf:%lf", &low, &high) == 2);
+    return std::log(high / low);
+  };
+  const std::string side = "set arrow from graph ", longest = "nohead linewidth 1.6 dashtype 3";
+  for (std::size_t at = script.find(side); at != std::string::npos; at = script.find(side, at + 1)) {
+    if (script.substr(0, script.find('\n', at)).find(longest, at) == std::string::npos) continue;
+    double x = 0, y = 0, to_x = 0, to_y = 0;
+    REQUIRE(std::sscanf(script.c_str() + at + side.size(), "%lf, graph %lf to graph %lf, graph %lf", &x, &y, &to_x,
+                        &to_y) == 4);
+    exponents.push_back((to_y - y) * decades(at, "y") / ((to_x - x) * decades(at, "x")));
   }
-  return factors;
+  return exponents;
 }
 
 }  // namespace
@@ -50,16 +58,6 @@ TEST_CASE("The middle of a window is that of its points on logarithmic axes") {
   CHECK(middle_of_window(points, {0, 0.05}).extent.empty);  // what is at zero has no place there
 }
 
-TEST_CASE("A window ends where the axis ends") {
-  Range axis;
-  axis.add(0.5);
-  axis.add(2);
-  CHECK(window_on_axis({0, 1e9}, axis).low == 0.5);
-  CHECK(window_on_axis({0, 1e9}, axis).high == 2);
-  CHECK(window_on_axis({0.6, 1}, axis).low == 0.6);
-  CHECK(window_on_axis({0.6, 1}, axis).high == 1);
-}
-
 TEST_CASE("A window from zero or far beyond the points leaves every curve of the figures against friction visible") {
   for (const std::array<double, 2> window : {std::array<double, 2>{0, 1.73}, {0, 1e6}, {0.1, 1e9}, {1e-12, 0.3}}) {
     CAPTURE(window[0], window[1]);
@@ -71,31 +69,47 @@ TEST_CASE("A window from zero or far beyond the points leaves every curve of the
   }
 }
 
-TEST_CASE("The paper's laws stand at the points of the window, wherever the window begins") {
+TEST_CASE("The slope of each of the paper's exponents stands once, as a triangle at no height of its own") {
   for (const double low : {0.0, 0.1}) {
     CAPTURE(low);
     const TemporaryFolder run;
-    plot_scaling_with_friction(analysis_over({low, 0.3}), run.path());
-    const std::string script = read_file(run.path() / "figures/scaling-with-friction.gp");
-    double log_D = 0, log_slowing = 0;
-    for (const synthetic::Row& row : synthetic::rows()) {
-      if (row.mu > 0.31) continue;
-      log_D += std::log(row.D / std::pow(row.mu, 2.5)) / 4;
-      log_slowing += std::log((tan30 - row.c) / row.mu) / 4;
-    }
-    const std::vector<double> factors = guide_factors(script);
-    REQUIRE(factors.size() == 2);
-    CHECK(factors[0] == Approx(std::exp(log_D)));
-    CHECK(factors[1] == Approx(std::exp(log_slowing)));
+    const Analysis analysis = analysis_over({low, 0.3});
+    const auto exponents = [&](const Figure& figure) {
+      return triangle_exponents(read_file(run.path() / figure.script));
+    };
+    const std::vector<double> main = exponents(plot_main_finding(analysis, run.path()));
+    REQUIRE(main.size() == 2);
+    CHECK(main[0] == Approx(1));
+    CHECK(main[1] == Approx(0.4));
+    const std::vector<double> diffusion = exponents(plot_scaling_with_friction(analysis, run.path()));
+    REQUIRE(diffusion.size() == 1);
+    CHECK(diffusion[0] == Approx(2.5));
+    CHECK(exponents(plot_propagation_against_diffusion(analysis, run.path())).empty());
   }
+}
+
+TEST_CASE("A triangle keeps off points, lines and texts, and lies near them rather than far away") {
+  LabelledPanel panel{2.7, 2.1, {{{0.1, 0.1}, {0.9, 0.9}}}, {}};
+  panel.add_text("slopes: γ = 1.65 (χ² 30/2)", 0.98, 0.07);
+  const SlopeTriangle triangle = place_slope_triangle(0.5, "the paper: γ = 1", panel);
+  CHECK((triangle.high.y - triangle.low.y) / (triangle.high.x - triangle.low.x) == Approx(0.5));
+  CHECK(std::min(triangle.text.y, triangle.low.y) > 0.13);
+  const auto above_the_line = [](const PanelPlace& place) { return place.y - place.x; };
+  const bool upper = above_the_line(triangle.low) > 0;
+  for (const PanelPlace& place : {triangle.low, triangle.high, triangle.corner}) {
+    CHECK((above_the_line(place) > 0.03) == upper);
+    CHECK(std::min({place.x, place.y, 1 - place.x, 1 - place.y}) > 0);
+  }
+  CHECK(std::abs(above_the_line(triangle.high)) < 0.5);
 }
 
 TEST_CASE("A law none of whose points are shown is not plotted either") {
   const TemporaryFolder run;
   Analysis analysis = analysis_over({0.1, 0.2});
+  analysis.readings.clear();
   for (Transport& result : analysis.results) {
     if (result.scanned() < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
   }
   const Figure figure = plot_scaling_with_friction(analysis, run.path());
-  CHECK(guide_factors(read_file(run.path() / figure.script)).empty());
+  CHECK(read_file(run.path() / figure.script).find("exp(") == std::string::npos);
 }

@@ -156,12 +156,12 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   CHECK(contains(figure.details, "32 columns, at least 4 times"));
   CHECK_FALSE(contains(figure.details, " ."));
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"layer  in units of 0.6/μ²", "narrow deep piles: 2.000(10)", "right: the main piles"}) {
+  for (const char* label : {"layer  in units of 0.6/μ²", "narrow deep piles: 2.000(10)", "the main piles"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }
   CHECK(std::filesystem::exists(run.path() / "figures/small-friction-mu-0.03.csv"));
-  CHECK(std::filesystem::exists(run.path() / "figures/small-friction-slowing-narrow-piles-inside-over-law.csv"));
+  CHECK(std::filesystem::exists(run.path() / "figures/small-friction-slowing-narrow-piles-over-law.csv"));
   scaling = {};
   scaling.exponent = synthetic::unknown("only two points");
   CHECK(contains(plot_small_friction(analysis, measured, scaling, run.path()).details, "unknown: only two points"));

@@ -67,7 +67,7 @@ Axis log_axis(std::string label, const Range& shown) {
 }
 
 Axis without_words(Axis axis) {
-  axis.label.clear();
+  axis.silent = true;
   for (Tick& tick : axis.ticks) tick.label.clear();
   return axis;
 }
@@ -187,6 +187,21 @@ struct Placed {
   bool with_line() const { return gap > longest_gap_without_line; }
 };
 
+double text_width(const std::string& text) {
+  // UTF-8: bytes that go on with a character do not widen the text.
+  const auto characters =
+      std::ranges::count_if(text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; });
+  return character_width * static_cast<double>(characters);
+}
+
+std::vector<LabelBox> boxes_taken(const LabelledPanel& panel) {
+  std::vector<LabelBox> boxes;
+  for (const auto& [from, to] : panel.taken) {
+    boxes.push_back({from.x * panel.width, to.x * panel.width, from.y * panel.height, to.y * panel.height});
+  }
+  return boxes;
+}
+
 /// What a place costs: weights chosen so that two names never share a place while there is another one.
 class Placement {
  public:
@@ -204,9 +219,7 @@ class Placement {
         bars_.push_back({{at.x, point.bar_y.low * panel.height}, {at.x, point.bar_y.high * panel.height}});
       }
     }
-    for (const Range& strip : panel.notes_y) {
-      notes_.push_back({0, panel.width / 2, strip.low * panel.height, strip.high * panel.height});
-    }
+    notes_ = boxes_taken(panel);
   }
 
   std::vector<Placed> find() const {
@@ -224,13 +237,6 @@ class Placement {
   }
 
  private:
-  static double text_width(const std::string& text) {
-    // UTF-8: bytes that go on with a character do not widen the text.
-    const auto characters =
-        std::ranges::count_if(text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; });
-    return character_width * static_cast<double>(characters);
-  }
-
   Point inches(const PanelPlace& place) const { return {place.x * panel_.width, place.y * panel_.height}; }
 
   Placed candidate(std::size_t i, double angle, double gap) const {
@@ -309,6 +315,57 @@ std::vector<LabelPlace> place_labels(const std::vector<NamedPoint>& points, cons
                       share(placed.line.to.x, placed.line.to.y), placed.with_line()});
   }
   return places;
+}
+
+void LabelledPanel::add_text(const std::string& text, double x, double y) {
+  // Other languages take more room.
+  const double wide = 1.2 * text_width(text) / width, half = 0.5 * line_height / height;
+  taken.push_back({{x < 0.5 ? x : x - wide, y - half}, {x < 0.5 ? x + wide : x, y + half}});
+}
+
+SlopeTriangle place_slope_triangle(double slope, const std::string& text, const LabelledPanel& panel) {
+  // Inches: its longest side, what is to stay free around it, steps of the search.
+  constexpr double hypotenuse = 0.7, free = 0.09, step = 0.03;
+  const double rise = slope * panel.height / panel.width, across = hypotenuse / std::hypot(1, rise), up = rise * across;
+  const double width = std::max(across, 1.2 * text_width(text)), height = up + 1.4 * line_height;
+  const std::vector<LabelBox> notes = boxes_taken(panel);
+  const auto air_around = [&](const LabelBox& box) {
+    double least = std::min({box.left, box.bottom, panel.width - box.right, panel.height - box.top});
+    for (const LabelBox& note : notes) {
+      const double x = std::max(note.left - box.right, box.left - note.right);
+      least = std::min(least, std::max(x, std::max(note.bottom - box.top, box.bottom - note.top)));
+    }
+    constexpr int pieces = 20;
+    for (const auto& [from, to] : panel.lines) {
+      for (int k = 0; k <= pieces; ++k) {
+        const double share = static_cast<double>(k) / pieces;
+        least = std::min(least, distance(box, {(from.x + share * (to.x - from.x)) * panel.width,
+                                               (from.y + share * (to.y - from.y)) * panel.height}));
+      }
+    }
+    return least;
+  };
+  double best = -1e9;
+  SlopeTriangle chosen;
+  for (double left = 0.02; left + width < panel.width; left += step) {
+    for (double bottom = 0.02; bottom + height < panel.height; bottom += step) {
+      // In the upper left it stands on its tip below its text, else on its side above it.
+      const bool tip = bottom / panel.height > left / panel.width;
+      const double x = tip ? left : left + width - across, y = tip ? bottom : bottom + height - up;
+      const double line = tip ? bottom + height - line_height : bottom;
+      const double air =
+          std::min(air_around({x, x + across, y, y + up}), air_around({left, left + width, line, line + line_height}));
+      const double merit = std::min(air, free) - 0.001 * std::max(air - free, 0.0);
+      if (merit <= best) continue;
+      best = merit;
+      const auto share = [&](double along, double high) {
+        return PanelPlace{along / panel.width, high / panel.height};
+      };
+      chosen = {share(x, y), share(x + across, y + up), tip ? share(x, y + up) : share(x + across, y),
+                share(tip ? left : left + width, line + 0.5 * line_height), tip ? "left" : "right"};
+    }
+  }
+  return chosen;
 }
 
 }  // namespace granuscope

@@ -38,6 +38,7 @@ struct Axis {
   double low = 0, high = 1;
   bool log = false;
   std::vector<Tick> ticks;
+  bool silent = false;  ///< its name is told of a point, but does not stand beside it
 };
 
 /// An axis of `shown` with at most `most` marks, which lie within `marked` if that is given.
@@ -91,7 +92,10 @@ struct PanelLine {
 struct LabelledPanel {
   double width = 1, height = 1;  ///< inches
   std::vector<PanelLine> lines;  ///< of its curves
-  std::vector<Range> notes_y;    ///< horizontal strips taken by the panel's own text, from its left edge to its middle
+  std::vector<PanelLine> taken;  ///< from one corner to the other of rectangles that its own texts fill
+
+  /// A text that begins at x, or ends there if x lies in the right half, with its middle at height y.
+  void add_text(const std::string& text, double x, double y);
 };
 
 /// Where a name stands.
@@ -104,5 +108,15 @@ struct LabelPlace {
 /// A place for each point's name, in the order of `points`: inside the panel, off the points, bars, curves and other
 /// names as far as there is room, and as near to its point as that allows. The same input gives the same places.
 std::vector<LabelPlace> place_labels(const std::vector<NamedPoint>& points, const LabelledPanel& panel);
+
+/// A right triangle that shows a slope, and the end of its text from which that is aligned.
+struct SlopeTriangle {
+  PanelPlace low, high, corner, text;
+  std::string align;
+};
+
+/// A triangle of `slope` (shares of the height over shares of the width) as near to the lines as leaves air around it
+/// and its text; where there is no such place, where there is most.
+SlopeTriangle place_slope_triangle(double slope, const std::string& text, const LabelledPanel& panel);
 
 }  // namespace granuscope

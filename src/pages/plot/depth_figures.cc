@@ -41,12 +41,22 @@ struct DepthPlot {
 
 constexpr double lower_row = 2.2;  ///< inches
 
+Ink depth_ink(bool inside) { return {"blue", inside ? 7 : 6}; }
+Style level_style() { return {.colour = "frame", .width = 0.8}; }
+
 void add_depths(DepthPlot& figure, const Transport& result) {
-  CsvTable positions({"z: bead diameters", "x_p/z: dimensionless", "standard_error: dimensionless",
-                      "x_p-c0*z: bead diameters", "standard_error: bead diameters", "chi2_per_dof: dimensionless"});
-  CsvTable widths({"z: bead diameters", "W^2/z: bead diameters", "standard_error: bead diameters",
-                   "W^2: bead diameters squared", "standard_error: bead diameters squared",
-                   "chi2_per_dof: dimensionless"});
+  const std::vector<std::string> of_position{
+      "z: bead diameters",        "x_p/z: dimensionless",           "standard_error: dimensionless",
+      "x_p-c0*z: bead diameters", "standard_error: bead diameters", "chi2_per_dof: dimensionless"},
+      of_width{"z: bead diameters",
+               "W^2/z: bead diameters",
+               "standard_error: bead diameters",
+               "W^2: bead diameters squared",
+               "standard_error: bead diameters squared",
+               "chi2_per_dof: dimensionless"};
+  // Those outside the window of the slopes, and those inside.
+  std::array<CsvTable, 2> positions{CsvTable(of_position), CsvTable(of_position)},
+      widths{CsvTable(of_width), CsvTable(of_width)};
   Range position_range, width_range, z_range, shift_range, square_range;
   shift_range.add(0);
   square_range.add(0);
@@ -67,8 +77,10 @@ void add_depths(DepthPlot& figure, const Transport& result) {
     const double width_error = fit.width_squared.standard_error / fit.z;
     const double shift = fit.peak_position.value - result.c0() * fit.z;
     const double chi2 = fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : 0;
-    positions.add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error, chi2});
-    widths.add_row({fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error, chi2});
+    const bool inside = fit.layer >= result.window_layers[0] && fit.layer <= result.window_layers[1];
+    positions[inside].add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error, chi2});
+    widths[inside].add_row(
+        {fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error, chi2});
     shift_range.add(shift, fit.peak_position.standard_error);
     square_range.add(fit.width_squared.value, fit.width_squared.standard_error);
     position_range.add(position, position_error);
@@ -83,16 +95,20 @@ void add_depths(DepthPlot& figure, const Transport& result) {
   for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) {
     panel->x = linear_axis("depth z  (bead diameters)", z_axis, 5);
   }
-  const Style measured = Ink{"blue", 7}.bars(0.8, 0.4), level{.colour = "frame", .width = 1, .dash = 3};
-  const std::string of_position = figure.plot.add_data("position", positions),
-                    of_width = figure.plot.add_data("width", widths);
-  figure.position.add_level(result.c0(), level);
-  figure.position.add(of_position, "1:2:3", measured);
-  figure.width.add(of_width, "1:2:3", measured);
-  figure.shift.add_level(0, level);
-  figure.shift.add(of_position, "1:4:5", measured);
-  figure.square.add_level(0, level);
-  figure.square.add(of_width, "1:4:5", measured);
+  figure.position.add_level(result.c0(), level_style());
+  figure.shift.add_level(0, level_style());
+  const std::string series = fmt::format("{} = {}", result.scan->symbol, caption_number(result.scanned()));
+  for (const bool inside : {false, true}) {
+    if (positions[inside].empty()) continue;
+    const std::string part = inside ? "" : "-outside";
+    const std::string position = figure.plot.add_data("position" + part, positions[inside]),
+                      width = figure.plot.add_data("width" + part, widths[inside]);
+    const Style measured = depth_ink(inside).bars(0.8, 0.4);
+    figure.position.add(position, "1:2:3", measured, series);
+    figure.width.add(width, "1:2:3", measured, series);
+    figure.shift.add(position, "1:4:5", measured, series);
+    figure.square.add(width, "1:4:5", measured, series);
+  }
   figure.caption["depths"] = std::to_string(shown);
   figure.caption["unidentified"] =
       unidentified == 0 ? "" : count_in_words(unidentified) + (unidentified == 1 ? " depth" : " depths");
@@ -191,11 +207,9 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
     figure.square.texts.push_back({"slope D = " + value_with_error(result->D), 0.05, 0.91, "left", "black"});
   }
   figure.plot.panels = {figure.position, figure.width, figure.shift, figure.square};
-  figure.plot.add_key("measured", Ink{"blue", 7}.points(0.5));
-  if (with_c || with_D) {
-    figure.plot.add_key("c and D fitted below: above c + x₀/z, D + w₀/z", {.colour = "black", .width = 1.2});
-  }
-  figure.plot.add_key("c₀ = tan 30°", {.colour = "frame", .width = 1, .dash = 3});
+  figure.plot.add_key("measured", depth_ink(true).points(0.5));
+  if (with_c || with_D) figure.plot.add_key("fitted: xₚ = x₀ + c z, W² = w₀ + D z", {.width = 1.2});
+  figure.plot.add_key("c₀ = tan 30°", level_style());
   if (thrust) figure.plot.add_key("c from thrust", {.colour = "bluish_green", .width = 1.6});
   return plot_figure(figure.plot,
                      {"plot/transport_with_depth.captions", figure.caption, terms_of(*analysis.scan, analysis.angle())},

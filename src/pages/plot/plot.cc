@@ -22,9 +22,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double half_plot_width_inches = 3.228;
 /// A plot as wide as the text is made again this wide, for phones: two panels stand one above the other there.
 constexpr double narrow_plot_width_inches = 0.5 * plot_width_inches;
+
+/// gnuplot's point types; the last is a star.
+constexpr std::array filled_markers = {7, 5, 13, 9, 11, 15, 3};
 
 constexpr std::array<std::string_view, 8> plot_styles = {"filledcurves", "lines",       "points",      "linespoints",
                                                          "yerrorbars",   "xyerrorbars", "yerrorlines", "xyerrorlines"};
@@ -32,9 +34,13 @@ constexpr std::array<std::string_view, 8> plot_styles = {"filledcurves", "lines"
 }  // namespace
 
 Ink ink_of_series(std::size_t index) {
-  constexpr std::array colours = {"blue", "vermilion", "bluish_green", "reddish_purple", "orange", "black"};
-  constexpr std::array markers = {7, 5, 13, 9, 11, 6, 4};
-  return {colours[index % colours.size()], markers[index % markers.size()]};
+  constexpr std::array colours = {"blue", "bluish_green", "reddish_purple", "black", "sky_blue", "orange"};
+  return {colours[index % colours.size()], filled_markers[index % filled_markers.size()]};
+}
+
+Ink ink_of_value(std::size_t index) {
+  constexpr std::array colours = {"light_blue", "blue", "dark_blue"};
+  return {colours[index % colours.size()], filled_markers[index % filled_markers.size()]};
 }
 
 void Panel::add_level(double y_value, const Style& style) {
@@ -70,7 +76,12 @@ Json to_json(const Style& style) {
 Json to_json(const Axis& axis) {
   Json ticks = Json::array();
   for (const Tick& tick : axis.ticks) ticks.push_back({{"label", tick.label}, {"at", tick.at}, {"minor", tick.minor}});
-  return {{"label", axis.label}, {"low", axis.low}, {"high", axis.high}, {"log", axis.log}, {"ticks", ticks}};
+  return {{"label", axis.silent ? "" : axis.label},
+          {"name", axis.label},
+          {"low", axis.low},
+          {"high", axis.high},
+          {"log", axis.log},
+          {"ticks", ticks}};
 }
 
 }  // namespace
@@ -85,6 +96,7 @@ Json to_json(const Panel& panel) {
     Json one = curve.function.empty()
                    ? Json{{"file", curve.file}, {"columns", curve.columns}}
                    : Json{{"file", ""}, {"function", curve.function}, {"from", curve.from}, {"to", curve.to}};
+    one["series"] = curve.series;
     one.update(to_json(curve.style));
     curves.push_back(one);
   }
@@ -129,9 +141,23 @@ std::vector<Panel> with_room_for_labels(std::vector<Panel> panels) {
   return panels;
 }
 
+/// What the key calls a curve's points, where the curve has no name of its own.
+void name_series(std::vector<Panel>& panels, const PlotKey& key) {
+  for (Panel& panel : panels) {
+    for (Curve& curve : panel.curves) {
+      const auto entry = std::ranges::find_if(key.entries, [&](const KeyEntry& one) {
+        return one.style.colour == curve.style.colour && one.style.marker == curve.style.marker;
+      });
+      if (curve.series.empty() && entry != key.entries.end()) curve.series = entry->title;
+    }
+  }
+}
+
 Json to_json(const Plot& plot) {
   Json panels = Json::array(), entries = Json::array();
-  for (const Panel& panel : with_room_for_labels(plot.panels)) panels.push_back(to_json(panel));
+  std::vector<Panel> all = with_room_for_labels(plot.panels);
+  name_series(all, plot.key);
+  for (const Panel& panel : all) panels.push_back(to_json(panel));
   for (const KeyEntry& entry : plot.key.entries) {
     Json one = {{"title", entry.title}, {"wide_title", entry.wide_title}};
     one.update(to_json(entry.style));

@@ -14,6 +14,8 @@
 namespace granuscope {
 /// Most plots are as wide as the text of the printed report, 170 mm, with text of 9 pt.
 inline constexpr double plot_width_inches = 6.69;
+/// Of a plot of one panel, with text of 8 pt: two stand side by side.
+inline constexpr double half_plot_width_inches = 3.228;
 
 /// How a curve, or its sample in the key, is shown.
 struct Style {
@@ -41,9 +43,12 @@ struct Ink {
   }
 };
 
-/// Of curve number `index` in a figure with one curve for each friction coefficient. Colours repeat after six, markers
-/// after seven.
+/// Of curve number `index` in a figure with one curve for each kind of thing, such as laws. Colours repeat after six,
+/// markers after seven. None has the colour in which another reading stands beside this run's.
 Ink ink_of_series(std::size_t index);
+
+/// The same with one curve for each value of something, such as mu: shades of the colour of this run.
+Ink ink_of_value(std::size_t index);
 
 /// What is plotted: columns of a file, or a function of $1 from one x to another.
 struct Curve {
@@ -51,6 +56,7 @@ struct Curve {
   std::string function;       ///< "exp(0.1) * $1**2"; empty for a file
   double from = 0, to = 0;
   Style style;
+  std::string series = {};  ///< what its points are told to be; else what the key calls them
 };
 
 /// A text in a panel, at shares of its width and height.
@@ -82,8 +88,8 @@ struct Panel {
   std::vector<PanelArrow> arrows;
   Range band;  ///< of x that is shaded
 
-  void add(const std::string& file, const std::string& columns, const Style& style) {
-    curves.push_back({file, columns, "", 0, 0, style});
+  void add(const std::string& file, const std::string& columns, const Style& style, const std::string& series = "") {
+    curves.push_back({file, columns, "", 0, 0, style, series});
   }
   void add_function(const std::string& function, double from, double to, const Style& style) {
     curves.push_back({"", "", function, from, to, style});

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <set>
 
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
@@ -17,10 +18,8 @@ namespace {
 /// Points farther from their law than this are arrows at the edge of the narrow panel: they would flatten all others.
 constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
 
-/// A line of the notes, as a share of the panel.
-constexpr double note_height = 0.09;
-/// Room for the name of a point, likewise.
-constexpr double name_height = 0.08;
+/// A line of text, as a share of the panel.
+constexpr double note_height = 0.095;
 
 struct FittedPower {
   bool known = false;
@@ -46,218 +45,232 @@ Ratio over_law(const PowerLawPoint& point, const FittedPower& law) {
   return {value, error, value > lowest_ratio && value < highest_ratio};
 }
 
-struct PowerLawAxes {
-  Range x, y, ratio;
-};
+/// Where an error bar of x ends on a logarithmic axis, though x may be 0 within its error.
+double lower_end(const PowerLawPoint& point) { return std::max(point.x - point.x_error, point.x / 3); }
 
-PowerLawAxes axes_of(const PowerLawPanel& panel) {
-  PowerLawAxes axes;
-  axes.ratio.add(0.95);
-  axes.ratio.add(1.05);
-  for (const PowerLawSeries& series : panel.series) {
+/// A panel as it is being filled.
+class LawPanel {
+ public:
+  LawPanel(Plot& plot, const PowerLawPanel& wanted) : plot_(plot), wanted_(wanted) {
+    log_ = !(wanted.level > 0);
+    if (!log_) y_.add(wanted.level);
+    ratio_.add(0.95);
+    ratio_.add(1.05);
+    bool above = false;
+    for (const PowerLawSeries& series : wanted.series) {
+      above = above || stands_above(series);
+      for (const PowerLawPoint& point : series.points) {
+        if (!has_place(point)) continue;
+        x_.add(lower_end(point));
+        x_.add(point.x + point.x_error);
+        y_.add(log_ ? std::max(point.y - point.y_error, point.y / 2) : wanted.level - point.y + point.y_error);
+        y_.add(shown_as(point.y + point.y_error));
+        const Ratio ratio = over_law(point, law_of(series));
+        if (!ratio.shown) continue;
+        ratio_.add(std::max(ratio.value - ratio.error, lowest_ratio));
+        ratio_.add(std::min(ratio.value + ratio.error, highest_ratio));
+      }
+    }
+    if (x_.empty) return;
+    // A single point stands in a panel of at least a factor of 4.
+    x_ = widened_by_factor(x_, x_.high / x_.low < 1.5 ? 2 : 1.35);
+    if (log_) {
+      y_ = widened_by_factor(y_, y_.high / y_.low < 1.5 ? 2 : 1.35);
+      y_.low /= 1.5;                                       // room for the names of the curves
+      const double room = above ? 1.05 * note_height : 0;  // for a name as long as the panel
+      y_.high *= std::pow(y_.high / y_.low, room / (1 - room));
+    } else {
+      y_ = widened(range_of(y_.low, std::max(y_.high, y_.low + 0.001)), 0.13);
+    }
+    ratio_ = widened(ratio_, 0.08);
+    const double row = plot.height - plot.key.inches;
+    upper_.left = lower_.left = wanted.left;
+    upper_.right = lower_.right = wanted.right;
+    upper_.name = lower_.name = wanted.left - 0.063 - (wanted.ratios ? 0.03 : 0);
+    upper_.name_above = !wanted.ratios;
+    with_ratios_ =
+        wanted.ratios && std::ranges::any_of(wanted.series, [](const auto& one) { return law_of(one).known; });
+    upper_.top = wanted.ratios ? 0.08 : 0.24;
+    upper_.bottom = with_ratios_ ? 0.48 + 0.27 * (row - 0.56) : 0.46;
+    lower_.top = row - upper_.bottom + 0.06;
+    upper_.x = lower_.x = log_axis(wanted.x_label, x_);
+    upper_.y = log_ ? log_axis(wanted.y_label, y_) : linear_axis(wanted.y_label, y_, 7);
+    lower_.y = linear_axis("over law", ratio_, 4);
+    if (with_ratios_) upper_.x = without_words(upper_.x);
+    lower_.add_level(1, {.colour = "frame", .width = 0.8});
+    const double room = upper_.name_above ? 0 : room_for_labels(upper_.y.ticks, wanted.left - upper_.name);
+    area_.width = (wanted.right - wanted.left - room) * plot_width_inches;
+    if (plot.half_width) area_.width -= plot_width_inches - half_plot_width_inches * 9 / 8;  // text of 8 pt, not 9
+    area_.height = row - upper_.top - upper_.bottom;
+  }
+
+  PowerLawShown fill() {
+    if (x_.empty) return shown_;
+    shown_.shown = true;
+    if (!log_) {
+      area_.lines.push_back({{0, up(wanted_.level)}, {1, up(wanted_.level)}});
+      upper_.add_level(wanted_.level, {.colour = "frame", .width = 0.8});
+      add_note(wanted_.level_note, 0.97, up(wanted_.level) + 0.05, "frame");
+    }
+    if (wanted_.guide_exponent > 0 && !wanted_.series.empty()) add_guide(wanted_.series.back());
+    double above = 0.94, below = 0.07;
+    for (std::size_t i = wanted_.series.size(); i-- > 0;) {
+      const PowerLawSeries& series = wanted_.series[i];
+      add_law(series);
+      add_points(series);
+      if (series.note.empty()) continue;
+      double& place = stands_above(series) ? above : below;
+      add_note(series.note, stands_above(series) || !log_ ? 0.03 : 0.98, place, series.ink.colour);
+      place += stands_above(series) ? -note_height : note_height;
+    }
+    if (guided_) add_note(wanted_.guide_note, 0.98, below, "black");
+    if (!log_) name_points();
+    if (wanted_.paper_exponent > 0) add_slope_triangle();
+    std::vector<std::string> off_scale;
+    for (const double mu : off_scale_) off_scale.push_back(caption_number(mu));
+    if (!off_scale.empty()) shown_.off_scale = "μ = " + enumeration(off_scale);
+    plot_.panels.push_back(upper_);
+    if (with_ratios_) plot_.panels.push_back(lower_);
+    return shown_;
+  }
+
+ private:
+  /// Read at one depth c0 - c lies above the slopes.
+  static bool stands_above(const PowerLawSeries& series) { return series.name == "at_one_depth"; }
+
+  bool has_place(const PowerLawPoint& point) const { return point.x > 0 && (point.y > 0 || !log_); }
+  double shown_as(double y) const { return log_ ? y : wanted_.level - y; }
+  double across(double x) const { return std::log(x / x_.low) / std::log(x_.high / x_.low); }
+  double up(double y) const {
+    return log_ ? std::log(y / y_.low) / std::log(y_.high / y_.low) : (y - y_.low) / y_.size();
+  }
+
+  void add_note(const std::string& text, double x, double y, const std::string& colour) {
+    upper_.texts.push_back({text, x, y, x < 0.5 ? "left" : "right", colour});
+    area_.add_text(text, x, y);
+  }
+
+  void add_law(const PowerLawSeries& series) {
     const FittedPower law = law_of(series);
-    for (const PowerLawPoint& point : series.points) {
-      if (!fits_log_axes(point)) continue;
-      axes.x.add(point.x);
-      axes.x.add(point.x + point.x_error);
-      axes.y.add(point.y);
-      axes.y.add(point.y + point.y_error);
-      const Ratio ratio = over_law(point, law);
-      if (!ratio.shown) continue;
-      axes.ratio.add(std::max(ratio.value - ratio.error, lowest_ratio));
-      axes.ratio.add(std::min(ratio.value + ratio.error, highest_ratio));
+    const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
+    if (!law.known || !(middle.extent.size() > 0)) return;
+    const std::string power = fmt::format("exp({}) * $1**{}", exact(law.intercept), exact(law.exponent));
+    upper_.add_function(log_ ? power : fmt::format("{} - {}", exact(wanted_.level), power), middle.extent.low,
+                        middle.extent.high, {.width = 1.2});
+    shown_.law = true;
+    add_line(middle.extent, [&](double x) { return shown_as(law.at(x)); });
+  }
+
+  /// A power law through the middle of the points, as far as it lies inside the axes.
+  void add_guide(const PowerLawSeries& series) {
+    const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
+    if (middle.extent.empty) return;
+    const double k = wanted_.guide_exponent;
+    const auto reaches = [&](double y) { return middle.x * std::pow(y / middle.y, 1 / k); };
+    const Range reach = range_of(std::max(x_.low, reaches(y_.low)), std::min(x_.high, reaches(y_.high)));
+    upper_.add_function(fmt::format("{} * ($1 / {})**{}", exact(middle.y), exact(middle.x), exact(k)), reach.low,
+                        reach.high, {.width = 1, .dash = 2});
+    add_line(reach, [&](double x) { return middle.y * std::pow(x / middle.x, k); });
+    guided_ = true;
+  }
+
+  void add_line(const Range& reach, const std::function<double(double)>& y) {
+    constexpr int pieces = 16;
+    PanelPlace before{across(reach.low), up(y(reach.low))};
+    for (int k = 1; k <= pieces; ++k) {
+      const double x = reach.low * std::pow(reach.high / reach.low, static_cast<double>(k) / pieces);
+      const PanelPlace here{across(x), up(y(x))};
+      area_.lines.push_back({before, here});
+      before = here;
     }
   }
-  if (axes.x.empty) return axes;
-  // A single point stands in a panel of at least a factor of 4.
-  axes.x = widened_by_factor(axes.x, axes.x.high / axes.x.low < 1.5 ? 2 : 1.35);
-  axes.y = widened_by_factor(axes.y, axes.y.high / axes.y.low < 1.5 ? 2 : 1.5);
-  // The notes stand above all points.
-  const double room = note_height * static_cast<double>(panel.notes.size());
-  axes.y.high *= std::pow(axes.y.high / axes.y.low, room / (1 - room));
-  if (panel.labels) axes.y.low /= std::pow(axes.y.high / axes.y.low, name_height);  // below the lowest its name
-  const double margin = 0.08 * axes.ratio.size();
-  axes.ratio.low -= margin;
-  axes.ratio.high += margin;
-  return axes;
-}
 
-/// Points of one series inside or outside of its window, in the panel and below it over their law.
-struct Points {
-  CsvTable points, ratios;
-};
+  /// Filled where mu lies in the window of the fit, else open.
+  void add_points(const PowerLawSeries& series) {
+    const FittedPower law = law_of(series);
+    for (const bool inside : {false, true}) {
+      CsvTable points(power_law_columns(wanted_.x_unit, wanted_.y_unit));
+      CsvTable ratios({"mu: dimensionless", "x: " + wanted_.x_unit, "y_over_law: dimensionless", "low: dimensionless",
+                       "high: dimensionless"});
+      for (const PowerLawPoint& point : series.points) {
+        if (!has_place(point) || in_window(point.mu, series.fit.window) != inside) continue;
+        // A bar that reaches zero or below ends at the axis.
+        const double y = shown_as(point.y), left = std::max(point.x - point.x_error, x_.low);
+        const double bottom = std::max(y - point.y_error, y_.low);
+        points.add_row({point.mu, point.x, y, left, point.x + point.x_error, bottom, y + point.y_error});
+        named_.push_back({{across(point.x), up(y)},
+                          range_of(across(left), across(point.x + point.x_error)),
+                          range_of(up(bottom), up(y + point.y_error)),
+                          caption_number(point.mu)});
+        if (with_ratios_) add_ratio(series, point, over_law(point, law), ratios);
+      }
+      const Ink ink{series.ink.colour, inside ? series.ink.marker : series.ink.marker - 1};
+      const double size = series.ink.marker == 7 ? 0.5 : 0.65;
+      const std::string name = fmt::format("{}-{}{}", wanted_.id, series.name, inside ? "" : "-outside");
+      if (!points.empty())
+        upper_.add(plot_.add_data(name, points), "2:3:4:5:6:7", ink.both_bars(0.8, size), series.note);
+      if (!ratios.empty())
+        lower_.add(plot_.add_data(name + "-over-law", ratios), "2:3:4:5", ink.bars(0.8, size), series.note);
+    }
+  }
 
-Points points_of(const PowerLawPanel& panel, const PowerLawSeries& series, const PowerLawAxes& axes, bool inside,
-                 const std::string& colour, PowerLawShown& shown, Panel& below) {
-  const FittedPower law = law_of(series);
-  Points of{CsvTable(power_law_columns(panel.x_unit, panel.y_unit)),
-            CsvTable({"mu: dimensionless", "x: " + panel.x_unit, "y_over_law: dimensionless", "low: dimensionless",
-                      "high: dimensionless"})};
-  for (const PowerLawPoint& point : series.points) {
-    if (!fits_log_axes(point) || in_window(point.mu, series.fit.window) != inside) continue;
-    // A bar that reaches zero or below ends at the axis.
-    of.points.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, axes.x.low),
-                       point.x + point.x_error, std::max(point.y - point.y_error, axes.y.low),
-                       point.y + point.y_error});
-    const Ratio ratio = over_law(point, law);
+  void add_ratio(const PowerLawSeries& series, const PowerLawPoint& point, const Ratio& ratio, CsvTable& ratios) {
     if (ratio.shown) {
-      of.ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, axes.ratio.low),
-                         std::min(ratio.value + ratio.error, axes.ratio.high)});
-    } else if (law.known) {
+      ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, ratio_.low),
+                      std::min(ratio.value + ratio.error, ratio_.high)});
+    } else if (law_of(series).known) {
       // An arrow at the edge of the narrow panel, where a point lies beyond it.
-      const bool up = ratio.value > 1;
-      shown.off_scale.emplace_back(series.name, point.mu);
-      below.arrows.push_back({point.x, up ? 0.7 : 0.3, point.x, up ? 0.98 : 0.02, "first", true, {.colour = colour}});
+      const bool rises = ratio.value > 1;
+      off_scale_.insert(point.mu);
+      lower_.arrows.push_back(
+          {point.x, rises ? 0.7 : 0.3, point.x, rises ? 0.98 : 0.02, "first", true, {.colour = series.ink.colour}});
     }
   }
-  return of;
-}
 
-/// Adds a series and its law; the last series added hides the others.
-void add_series(Plot& plot, const PowerLawPanel& panel, std::size_t index, const PowerLawAxes& axes,
-                PowerLawShown& shown, Panel& upper, Panel& lower) {
-  const PowerLawSeries& series = panel.series[index];
-  const bool first = index == 0;
-  const std::string colour = first ? "blue" : "vermilion";
-  const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
-  const FittedPower law = law_of(series);
-  const bool with_law = law.known && !middle.extent.empty;
-  if (with_law) {
-    // Where a law was fitted: its window, or the reach of the window's points.
-    const Range fitted = panel.against_mu ? window_on_axis(series.fit.window, axes.x) : middle.extent;
-    const std::string function = fmt::format("exp({}) * $1**{}", exact(law.intercept), exact(law.exponent));
-    // The first also beyond its window.
-    if (first) upper.add_function(function, axes.x.low, axes.x.high, {.colour = colour, .width = 0.8, .dash = 2});
-    upper.add_function(function, fitted.low, fitted.high, {.colour = colour, .width = first ? 1.8 : 1.4});
+  /// mu beside each point, with a thin line to it where it stands far from it.
+  void name_points() {
+    const std::vector<LabelPlace> places = place_labels(named_, area_);
+    for (std::size_t i = 0; i < named_.size(); ++i) {
+      const auto& [left, touch, with_line] = places[i];
+      if (with_line) {
+        upper_.arrows.push_back(
+            {named_[i].at.x, named_[i].at.y, touch.x, touch.y, "graph", false, {.colour = "frame", .width = 0.5}});
+      }
+      upper_.texts.push_back({named_[i].name, left.x, left.y});
+    }
   }
-  for (const bool inside : {false, true}) {
-    const Points of = points_of(panel, series, axes, inside, colour, shown, lower);
-    const int marker = first ? (inside ? 7 : 6) : inside ? 13 : 12;
-    const Ink ink{colour, marker};
-    const double size = first ? 0.5 : 0.6;
-    const std::string name = fmt::format("{}-{}-{}", panel.id, series.name, inside ? "inside" : "outside");
-    if (!of.points.empty()) upper.add(plot.add_data(name, of.points), "2:3:4:5:6:7", ink.both_bars(0.8, size));
-    if (!of.ratios.empty()) lower.add(plot.add_data(name + "-over-law", of.ratios), "2:3:4:5", ink.bars(0.8, size));
-    if (!inside) shown.outside = shown.outside || !of.points.empty();
-    if (!first) shown.second = shown.second || !of.points.empty();
-  }
-  if (first) shown.law = with_law;
-}
 
-/// mu beside each point of the first series, off the law and the guide.
-void name_points(Panel& upper, const PowerLawPanel& panel, const PowerLawAxes& axes) {
-  if (!panel.labels || panel.series.empty()) return;
-  const PowerLawSeries& series = panel.series[0];
-  const auto share = [](double value, const Range& axis) {
-    return std::log(value / axis.low) / std::log(axis.high / axis.low);
-  };
-  const auto bar = [&share](double value, double error, const Range& axis) {
-    return range_of(std::max(share(std::max(value - error, axis.low), axis), 0.0), share(value + error, axis));
-  };
-  LabelledPanel area{(panel.right - panel.left) * plot_width_inches, panel.height, {}, {}};
-  const auto add_power = [&](double x, double y, double exponent) {
-    area.lines.push_back({{0, share(y * std::pow(axes.x.low / x, exponent), axes.y)},
-                          {1, share(y * std::pow(axes.x.high / x, exponent), axes.y)}});
-  };
-  const FittedPower law = law_of(series);
-  if (law.known) add_power(1, law.at(1), law.exponent);
-  const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
-  if (!middle.extent.empty && !panel.paper_exponent.empty()) {
-    add_power(middle.x, middle.y, std::stod(panel.paper_exponent));
+  /// What the paper has is a slope, and no height: a dotted triangle where nothing else stands, with its exponent.
+  void add_slope_triangle() {
+    for (const NamedPoint& point : named_) {
+      area_.lines.push_back({{point.bar_x.low, point.at.y}, {point.bar_x.high, point.at.y}});
+      area_.lines.push_back({{point.at.x, point.bar_y.low}, {point.at.x, point.bar_y.high}});
+    }
+    const double slope = wanted_.paper_exponent * std::log(x_.high / x_.low) / std::log(y_.high / y_.low);
+    const SlopeTriangle triangle = place_slope_triangle(slope, wanted_.paper_note, area_);
+    const auto side = [&](const PanelPlace& from, const PanelPlace& to, double width) {
+      upper_.arrows.push_back({from.x, from.y, to.x, to.y, "graph", false, {.width = width, .dash = 3}});
+    };
+    side(triangle.low, triangle.high, 1.6);
+    side(triangle.low, triangle.corner, 0.8);
+    side(triangle.corner, triangle.high, 0.8);
+    upper_.texts.push_back({wanted_.paper_note, triangle.text.x, triangle.text.y, triangle.align});
   }
-  area.notes_y.push_back(range_of(1 - note_height * static_cast<double>(panel.notes.size()), 1));
-  std::vector<NamedPoint> points;
-  for (const PowerLawPoint& point : series.points) {
-    if (!fits_log_axes(point)) continue;
-    points.push_back({{share(point.x, axes.x), share(point.y, axes.y)},
-                      bar(point.x, point.x_error, axes.x),
-                      bar(point.y, point.y_error, axes.y),
-                      caption_number(point.mu)});
-  }
-  add_names(upper, points, area);
-}
+
+  Plot& plot_;
+  const PowerLawPanel& wanted_;
+  bool log_ = true, guided_ = false, with_ratios_ = false;
+  Range x_, y_, ratio_;
+  Panel upper_, lower_;
+  LabelledPanel area_;
+  std::vector<NamedPoint> named_;
+  std::set<double> off_scale_;
+  PowerLawShown shown_;
+};
 
 }  // namespace
 
-std::string off_scale_in_words(const PowerLawShown& panel, const std::string& what) {
-  std::vector<std::string> series, places;
-  for (const auto& [name, mu] : panel.off_scale) {
-    if (std::ranges::find(series, name) == series.end()) series.push_back(name);
-  }
-  for (const std::string& one : series) {
-    std::vector<std::string> all;
-    for (const auto& [name, mu] : panel.off_scale) {
-      if (name == one) all.push_back(caption_number(mu));
-    }
-    const std::string of = what.empty() ? "" : fmt::format("{} ({}) at ", what, one);
-    places.push_back(fmt::format("{}μ = {}", of, enumeration(all)));
-  }
-  return enumeration(places);
-}
-
-void add_names(Panel& shown, const std::vector<NamedPoint>& points, const LabelledPanel& panel) {
-  const std::vector<LabelPlace> places = place_labels(points, panel);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const LabelPlace& place = places[i];
-    if (place.with_line) {
-      shown.arrows.push_back({points[i].at.x,
-                              points[i].at.y,
-                              place.touch.x,
-                              place.touch.y,
-                              "graph",
-                              false,
-                              {.colour = "frame", .width = 0.5}});
-    }
-    shown.texts.push_back({points[i].name, place.left.x, place.left.y});
-  }
-}
-
-PowerLawShown add_power_law_panel(Plot& plot, const PowerLawPanel& wanted) {
-  PowerLawShown shown;
-  const PowerLawAxes axes = axes_of(wanted);
-  if (axes.x.empty) return shown;
-  shown.shown = true;
-  Panel upper, lower;
-  upper.left = lower.left = wanted.left;
-  upper.right = lower.right = wanted.right;
-  upper.name = lower.name = wanted.left - 0.092;
-  upper.x = lower.x = log_axis(wanted.x_label, axes.x);
-  upper.y = log_axis(wanted.y_label, axes.y);
-  lower.y = linear_axis("over law", axes.ratio, 4);
-  PowerLawPanel panel = wanted;
-  for (const Axis* axis : {&upper.y, &lower.y}) {
-    panel.left = std::max(panel.left, wanted.left + room_for_labels(axis->ticks, wanted.left - upper.name));
-  }
-  const double row = plot.height - plot.key.inches;
-  if (!wanted.series.empty()) {
-    const WindowMiddle middle = middle_of_window(wanted.series[0].points, wanted.series[0].fit.window);
-    if (!middle.extent.empty && !wanted.paper_exponent.empty()) {
-      upper.add_function(fmt::format("{} * ($1 / {})**{}", exact(middle.y), exact(middle.x), wanted.paper_exponent),
-                         axes.x.low, axes.x.high, {.width = 1.4, .dash = 3});
-    }
-  }
-  lower.add_level(1, {.colour = "frame", .width = 0.8});
-  for (std::size_t index = std::min<std::size_t>(wanted.series.size(), 2); index-- > 0;) {
-    add_series(plot, panel, index, axes, shown, upper, lower);
-  }
-  name_points(upper, panel, axes);
-  constexpr std::array colours = {"blue", "vermilion", "black"};
-  double line = 0.94;
-  for (std::size_t i = 0; i < wanted.notes.size() && i < colours.size(); ++i) {
-    if (wanted.notes[i].empty()) continue;
-    upper.texts.push_back({wanted.notes[i], 0.04, line, "left", colours[i]});
-    line -= 0.095;
-  }
-  const bool with_ratios = lower.curves.size() > 1;
-  if (with_ratios) {
-    upper.bottom = 0.48 + 0.27 * (row - 0.56);
-    lower.top = row - upper.bottom + 0.06;
-    upper.x = without_words(upper.x);
-  }
-  plot.panels.push_back(upper);
-  if (with_ratios) plot.panels.push_back(lower);
-  return shown;
-}
+PowerLawShown add_power_law_panel(Plot& plot, const PowerLawPanel& panel) { return LawPanel(plot, panel).fill(); }
 
 const Transport* nearest_result(const std::vector<Transport>& results, double mu,
                                 const std::function<bool(const Transport&)>& usable) {
@@ -320,10 +333,6 @@ WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const st
   middle.x = std::exp(log_x / count);
   middle.y = std::exp(log_y / count);
   return middle;
-}
-
-Range window_on_axis(const std::array<double, 2>& window, const Range& axis) {
-  return range_of(std::clamp(window[0], axis.low, axis.high), std::clamp(window[1], axis.low, axis.high));
 }
 
 std::string exponent_text(const ScalingFit& fit) {

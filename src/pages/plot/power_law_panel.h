@@ -2,7 +2,6 @@
 #include <array>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "analysis/results.h"
@@ -48,10 +47,6 @@ struct WindowMiddle {
 
 WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const std::array<double, 2>& window);
 
-/// The part of a window of mu that lies on an axis of mu. A curve is sampled at a fixed number of places: over a window
-/// that ends far beyond the axis, none of them might be on it.
-Range window_on_axis(const std::array<double, 2>& window, const Range& axis);
-
 /// "1.66(4)"; without an error and with chi^2 where the points follow no power law; "unknown".
 std::string exponent_text(const ScalingFit& fit);
 
@@ -60,40 +55,34 @@ struct PowerLawSeries {
   std::string name;  ///< of its data files: "slopes"
   std::vector<PowerLawPoint> points;
   ScalingFit fit;
+  Ink ink;  ///< its marker is a filled one; the one before is open
+  std::string note;
 };
 
-/// A panel with logarithmic axes, and below it a narrow one with each point over its fitted law.
+/// A panel with logarithmic axes, and below it, if wanted, a narrow one with each point over its fitted law.
 struct PowerLawPanel {
   std::string id;  ///< of its data files: "D-of-mu"
   std::string x_label, y_label;
   std::string x_unit = "dimensionless", y_unit = "dimensionless";  ///< in the CSV
-  bool against_mu = false;                                         ///< x is mu itself: a law's window is a range of x
-  bool labels = false;                                             ///< mu stands beside each point of the first series
-  std::vector<PowerLawSeries> series;  ///< at most two: the first filled circles, the second diamonds
-  std::string paper_exponent;          ///< plotted as a guide through the middle of the first series' window points
-  std::vector<std::string> notes;      ///< lines of text in the upper left corner: one a series, then the paper's
-  double left = 0.1, right = 0.98;     ///< edges, as shares of the plot's width
-  double height = 2.2;                 ///< inches of the upper panel, by which the names find their places
+  std::vector<PowerLawSeries> series = {};                         ///< from the highest points to the lowest
+  double level = 0;             ///< if above 0, level - y stands on a linear axis, mu beside each point
+  std::string level_note = {};  ///< its name
+  double paper_exponent = 0;    ///< if above 0, of a dotted triangle
+  std::string paper_note = {};
+  double guide_exponent = 0;  ///< if above 0, of a dashed line through the middle of the last series' window points
+  std::string guide_note = {};
+  bool ratios = false;
+  double left = 0.105, right = 0.985;  ///< edges, as shares of a plot 6.69 in wide
 };
 
 /// What became of a panel.
 struct PowerLawShown {
-  bool shown = false;    ///< false if no point fits logarithmic axes: there is no panel then
-  bool law = false;      ///< the first series has a fitted law
-  bool second = false;   ///< the second series has points
-  bool outside = false;  ///< some point lies outside the window
-  std::vector<std::pair<std::string, double>> off_scale;  ///< points too far from their law for the narrow panel: the
-                                                          ///< name of their series and mu
+  bool shown = false;     ///< false if no point fits the axes: there is no panel then
+  bool law = false;       ///< some series has a fitted law
+  std::string off_scale;  ///< "μ = 0.8 and 1.3": points too far from their law for the narrow panel
 };
 
-/// "μ = 0.8 and 1.3", or with a name for what the panel shows "D (slopes) at μ = 0.8 and D (ratios) at μ = 1.3"; empty
-/// if the narrow panel shows every point.
-std::string off_scale_in_words(const PowerLawShown& panel, const std::string& what);
-
-/// Adds the panel, the narrow one below it, and their data to the plot, whose height and key are known.
+/// Adds the panel, the narrow one below it, and their data to the plot, whose height, width and key are known.
 PowerLawShown add_power_law_panel(Plot& plot, const PowerLawPanel& panel);
-
-/// Names beside points, each with a thin line to its point where it stands far from it.
-void add_names(Panel& shown, const std::vector<NamedPoint>& points, const LabelledPanel& panel);
 
 }  // namespace granuscope

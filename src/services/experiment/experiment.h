@@ -18,7 +18,7 @@ struct FigureSpec {
   std::vector<int> profile_layers{110, 170};  ///< usable layers, ascending
   bool transport_with_depth = true;           ///< Fig. 3: c and D against z, insets against mu
   bool propagation_against_diffusion = true;  ///< Fig. 4: c against D
-  bool scaling_with_friction = true;          ///< D and c0 - c against mu, from slopes and from ratios
+  bool scaling_with_friction = true;          ///< D against mu, from slopes and from ratios
   bool propagation_and_thrust = true;         ///< c beside the speed that follows from the thrust ratio
 };
 

@@ -108,7 +108,7 @@ std::vector<Key> keys_of_results(Experiment& e) {
       show_key("figures.transport_with_depth", "plot c and D against depth (Fig. 3)", e.figures.transport_with_depth),
       show_key("figures.propagation_against_diffusion", "plot c against D (Fig. 4)",
                e.figures.propagation_against_diffusion),
-      show_key("figures.scaling_with_friction", "plot D and c0 - c against mu, from slopes and from ratios",
+      show_key("figures.scaling_with_friction", "plot D against mu, from slopes and from ratios",
                e.figures.scaling_with_friction),
       show_key("figures.propagation_and_thrust", "plot c beside the speed that follows from the thrust ratio",
                e.figures.propagation_and_thrust),

@@ -61,7 +61,7 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
       spreading.add(predicted[i] / at);
     }
     const std::string file = plot.add_data("mu-" + exact(one.mu), table);
-    const Ink ink = ink_of_series(plot.key.entries.size());
+    const Ink ink = ink_of_value(plot.key.entries.size());
     panel.add(file, "1:4", ink.line(1.2));
     panel.add(file, "1:5", ink.line(0.8, 2));
     panel.add(file, "1:2:3", ink.bars(0.9, 0.6));
@@ -122,7 +122,7 @@ Figure plot_waves(const std::vector<CoupledSpreading>& measured, const std::file
     k.add(waves.high);
     const std::string file = plot.add_data("mu-" + exact(one.mu), table),
                       line = plot.add_data("form-mu-" + exact(one.mu), form);
-    const Ink ink = ink_of_series(plot.key.entries.size());
+    const Ink ink = ink_of_value(plot.key.entries.size());
     spreading.add(line, "1:2", ink.line(1));
     spreading.add(file, "1:2:3", ink.bars(0.8, 0.5));
     speed.add(line, "1:3", ink.line(1));
@@ -195,7 +195,7 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
       difference.add(above, peak.height[j].standard_error);
     }
     const std::string file = plot.add_data(std::to_string(i + 1), table);
-    const Ink ink = ink_of_series(i);
+    const Ink ink = ink_of_value(i);
     heights.add(file, "1:2", ink.points(0.4));
     excess.add(file, "1:4:3", ink.bars(0.7, 0.4));
     plot.add_key(fmt::format("z = {:.0f}", peak.z), ink.points(0.6));
