@@ -7,10 +7,11 @@ const byId = (id) => document.getElementById(id);
 const all = (what, where = document) => [...where.querySelectorAll(what)];
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
-// Sections fold on a phone; a link into one opens it, and paper has all of them.
+// Sections are folded on a phone; a link into one opens it, and paper has all of them.
 const folds = all('details.fold'), phone = matchMedia('(max-width: 39.99rem)');
-if (phone.matches) folds.forEach((one) => { one.open = false; });
-phone.addEventListener('change', () => { if (!phone.matches) folds.forEach((one) => { one.open = true; }); });
+const unfold = () => { if (!phone.matches) folds.forEach((one) => { one.open = true; }); };
+phone.addEventListener('change', unfold);
+unfold();
 const reveal = () => {
   const target = location.hash.length > 1 && byId(decodeURIComponent(location.hash.slice(1)));
   const closed = [];
@@ -27,7 +28,7 @@ addEventListener('afterprint', () => folded.forEach((one) => { one.open = false;
 
 // Claims: those of one verdict, in another order.
 function claims(table, tools) {
-  const rows = all('tbody tr:not(.group)', table).map((row, index) => {
+  const rows = all('tbody tr', table).map((row, index) => {
     const pull = row.querySelector('.pull-number');
     return {row, index, look: row.querySelector('.verdict').classList[1], name: row.querySelector('.statement').textContent,
       pull: pull ? Math.abs(parseFloat(pull.textContent.replace('−', '-'))) : -1};
@@ -40,9 +41,6 @@ function claims(table, tools) {
   const show = (look) => {
     buttons.forEach((button) => button.setAttribute('aria-pressed', button.dataset.look === look));
     rows.forEach((one) => { one.row.hidden = look !== '' && one.look !== look; });
-    all('tbody', table).forEach((body) => {
-      body.hidden = all('tr:not(.group)', body).every((row) => row.hidden);
-    });
   };
   buttons.forEach((button) => button.addEventListener('click', () => show(button.dataset.look)));
   const orders = {look: (a, b) => a.index - b.index, pull: (a, b) => b.pull - a.pull, name: (a, b) => a.name.localeCompare(b.name)};
@@ -71,7 +69,7 @@ const measured = (value, error) => {
 const tip = byId('point-tip'), ring = byId('point-ring');
 const points = (() => {
   const decoded = (link) => decodeURIComponent(link.slice(link.indexOf(',') + 1));
-  const words = {mu: 'μ', chi2_per_dof: 'χ²/dof'};
+  const words = {mu: 'μ', chi2_per_dof: 'χ²/dof', z_from: 'from z', z_to: 'to z'};
   const told = (name) => words[name] || name.replaceAll('x_p', 'xₚ').replaceAll('c0', 'c₀').replaceAll('^2', '²').replaceAll('*', ' ');
   const known = new Map();
   const read = (image) => {
@@ -94,8 +92,8 @@ const points = (() => {
       const bars = {yerrorbars3: [0, [2]], yerrorlines3: [0, [2]], yerrorbars4: [0, [2, 3]], xyerrorbars4: [[2], [3]], xyerrorbars6: [[2, 3], [4, 5]]}[style + used.length] || [0, 0];
       const bar = (of, k) => !bars[k] ? 0 : bars[k].length === 1 ? of[used[bars[k][0]]] : of[used[bars[k][1]]] - of[used[k]];
       rows.forEach(({line, of}, i) => {
-        const own = names.map((name, k) => k).filter((k) => /^(mu|z|layer|chi2_per_dof|samples)$/.test(names[k]) && ![of[used[0]], of[used[1]], 0].includes(of[k]) && Number.isFinite(of[k]));
-        found.points.push({x: marks[i][0], y: marks[i][1], where: `figures/${file}:${line}`, command: redraw ? redraw.textContent : '',
+        const own = names.map((name, k) => k).filter((k) => /^(mu|z|z_from|z_to|layer|chi2_per_dof|samples)$/.test(names[k]) && ![of[used[0]], of[used[1]], 0].includes(of[k]) && Number.isFinite(of[k]));
+        found.points.push({x: marks[i][0], y: marks[i][1], where: `figures/${file}:${line}`, command: redraw ? redraw.textContent : '', series: axes[2] || '',
           text: [0, 1].map((k) => `${axes[k] && axes[k].split('  ')[0].replace(/ \(.*/, '') || told(names[used[k]])} = ${measured(of[used[k]], bar(of, k))}`)
             .concat(own.map((k) => `${told(names[k])} = ${measured(of[k])}`)).join(', ')});
       });
@@ -113,8 +111,9 @@ const points = (() => {
   };
   const hide = () => { tip.hidden = ring.hidden = true; };
   // What there is to be told of a place of the window, inside `layer`.
-  const say = (layer, x, y, {text, where, command}) => {
+  const say = (layer, x, y, {text, where, command, series}) => {
     layer.append(ring, tip);
+    tip.querySelector('i').textContent = series || '';
     tip.querySelector('b').textContent = text;
     tip.querySelector('span').textContent = where;
     tip.querySelector('code').textContent = command;

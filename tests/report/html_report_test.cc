@@ -122,8 +122,8 @@ TEST_CASE("The page is self-contained") {
     CHECK(page.html.substr(at, 19) == "srcset=\"data:image/");
   }
   // Each plot, and the same for a phone with its panels one above the other.
-  CHECK(places(page.html, "data:image/svg+xml,").size() == 10);
-  CHECK(places(page.html, "<source media=\"screen and").size() == 5);
+  CHECK(places(page.html, "data:image/svg+xml,").size() == 8);
+  CHECK(places(page.html, "<source media=\"screen and").size() == 3);
   CHECK(places(page.html, "data:image/png;base64,").size() == 1);
 }
 

@@ -43,6 +43,16 @@ const point = (type, to, x, y) =>
   to.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: y, pointerId: 7, buttons: 1, bubbles: true}));
 )";
 
+/// Chromium without a window, told to do what `arguments` say.
+ProcessSpec chromium(const test::TemporaryFolder& folder, const std::vector<std::string>& arguments) {
+  ProcessSpec process;
+  process.arguments = {"chromium", "--headless", "--no-sandbox", "--disable-gpu",
+                       "--user-data-dir=" + (folder / "profile").string()};
+  process.arguments.insert(process.arguments.end(), arguments.begin(), arguments.end());
+  process.environment = {{"HOME", folder.path().string()}, {"LC_ALL", "C.UTF-8"}};
+  return process;
+}
+
 /// The lines that a driver has written in a window of that size; none where there is no Chromium.
 std::vector<std::string> driven(const std::string& html, const std::string& driver, const std::string& size,
                                 bool dark = false) {
@@ -57,19 +67,11 @@ std::vector<std::string> driven(const std::string& html, const std::string& driv
                                        std::string(tools) + driver +
                                        "document.documentElement.innerHTML = '<pre></pre>';"
                                        "one('pre').textContent = lines.join('\\n');}, 50));</script>");
-  ProcessSpec process;
-  process.arguments = {"chromium",
-                       "--headless",
-                       "--no-sandbox",
-                       "--disable-gpu",
-                       dark ? "--force-dark-mode" : "--disable-features=WebContentsForceDark",
-                       "--user-data-dir=" + (folder / "profile").string(),
-                       "--window-size=" + size,
-                       "--virtual-time-budget=5000",
-                       "--dump-dom",
-                       "file://" + (folder / "page.html").string()};
-  process.environment = {{"HOME", folder.path().string()}, {"LC_ALL", "C.UTF-8"}};
-  const std::string shown = run_process(process).standard_output;
+  const std::string shown =
+      run_process(chromium(folder, {dark ? "--force-dark-mode" : "--disable-features=WebContentsForceDark",
+                                    "--window-size=" + size, "--virtual-time-budget=5000", "--dump-dom",
+                                    "file://" + (folder / "page.html").string()}))
+          .standard_output;
   const std::size_t start = shown.find("<pre>"), end = shown.find("</pre>");
   INFO(shown.substr(0, 2000));
   REQUIRE(start != std::string::npos);
@@ -248,7 +250,7 @@ TEST_CASE("Who cannot see or point finds names, an order of headings and contras
   }
 }
 
-TEST_CASE("Without scripts the page has every table and number, open, and says where the figures are",
+TEST_CASE("Without scripts the page has every table and number, folded on a phone alone, and says where figures are",
           "[unsanitized]") {
   const MadePage& page = made_page();
   std::string still = page.html;
@@ -257,7 +259,6 @@ TEST_CASE("Without scripts the page has every table and number, open, and says w
   }
   CHECK(synthetic::keyed_texts(still) == synthetic::keyed_texts(page.html));
   CHECK(count(still, "<table") == count(page.html, "<table"));
-  CHECK(count(still, "class=\"fold") == count(still, "class=\"fold\" open") + count(still, "class=\"fold lead\" open"));
   CHECK(count(still, "<noscript>") == 1);
   // What only scripts fill is not there without them: the depths, the choices of claims, what a point says, its ring,
   // and the layers of a pile, without a table in them.
@@ -266,6 +267,43 @@ TEST_CASE("Without scripts the page has every table and number, open, and says w
   REQUIRE(depths < claims);
   CHECK_FALSE(contains(still.substr(depths, claims - depths), "<table"));
   CHECK(template_file("report.js").size() < 60'000);
+
+  // In a frame that runs no script.
+  std::string quoted;
+  for (const char c : still) quoted += c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+  std::vector<std::string> lines;
+  for (const char* width : {"390", "1280"}) {
+    const auto seen =
+        driven("<iframe sandbox=\"allow-same-origin\" style=\"border: 0; height: 844px; width: " + std::string(width) +
+                   "px\" srcdoc=\"" + quoted + "\"></iframe>",
+               R"(
+      const page = one('iframe').contentDocument, folds = [...page.querySelectorAll('details.fold')];
+      const inside = folds.map((fold) => fold.lastElementChild.checkVisibility({contentVisibilityAuto: true}));
+      const before = page.querySelector('table.claims').getBoundingClientRect().bottom <= folds[0].getBoundingClientRect().y;
+      const screens = page.documentElement.scrollHeight / 844, first = page.querySelector('details.fold summary');
+      lines.push(inside.filter(Boolean).length, page.documentElement.scrollWidth <= page.documentElement.clientWidth, before, screens <= 12 && screens > 2);
+      first.click();
+      lines.push(folds[0].open && folds[0].lastElementChild.checkVisibility());
+    )",
+               "1400,900");
+    lines.insert(lines.end(), seen.begin(), seen.end());
+  }
+  if (lines.empty()) return;
+  const std::string all = std::to_string(count(still, "class=\"fold"));
+  CHECK(lines == std::vector<std::string>{"0", "true", "true", "true", "true", all, "true", "true", "false", "true"});
+
+  const test::TemporaryFolder folder;
+  write_file(folder / "still.html", still);
+  run_process(chromium(folder, {"--no-pdf-header-footer", "--print-to-pdf=" + (folder / "still.pdf").string(),
+                                "file://" + (folder / "still.html").string()}));
+  ProcessSpec reader;
+  reader.arguments = {"pdftotext", (folder / "still.pdf").string(), "-"};
+  reader.environment = {{"LC_ALL", "C.UTF-8"}};
+  const std::string printed = run_process(reader).standard_output;
+  for (const char* part : {"Redraw", "The model.", "fitted on logarithmic axes", "What sampling and fitting took"}) {
+    INFO(part);
+    CHECK(contains(printed, part) == (std::string(part) != "Redraw"));
+  }
 }
 
 TEST_CASE("A point of a plot says the numbers of its row, where the row stands, and the command that draws it",
@@ -282,7 +320,7 @@ TEST_CASE("A point of a plot says the numbers of its row, where the row stands, 
         if (!title.startsWith('data ')) continue;
         const [x, y] = /translate\(([^,]*),([^)]*)/.exec(mark.getAttribute('transform')).slice(1).map(Number);
         point('pointermove', link, box.x + edge + x / width * (box.width - 2 * edge), box.y + edge + y / height * (box.height - 2 * edge));
-        lines.push([title.split(' | ')[0], ...['b', 'span', 'code'].map((part) => one('#point-tip ' + part).textContent)].join('|'));
+        lines.push([title.split(' | ')[0], ...['b', 'span', 'code', 'i'].map((part) => one('#point-tip ' + part).textContent)].join('|'));
       }
       link.focus();
       link.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
@@ -301,7 +339,11 @@ TEST_CASE("A point of a plot says the numbers of its row, where the row stands, 
       CHECK(fields.at(1) == "true");
       continue;
     }
-    REQUIRE(fields.size() == 4);
+    REQUIRE(fields.size() == 5);
+    // Which series, and where: a friction coefficient, a depth, or the layer of the series.
+    CHECK(fields[4].size() > 1);
+    const std::string place = fields[4] + ", " + fields[1];
+    CHECK((contains(place, "μ = ") || contains(place, "z = ") || contains(place, "layer ")));
     // "figures/NAME.csv:7", and each number shown is one of that line, or half of what lies between two of them.
     const std::size_t colon = fields[2].find(':');
     std::istringstream table(read_file(page.run / fields[2].substr(0, colon)));

@@ -162,16 +162,24 @@ std::string look_of(const std::string& verdict) {
 }
 
 void add_claims(Json& overlay, const Json& summary) {
-  Json of_paper = Json::array(), beyond = Json::array();
+  Json rows = Json::array();
+  bool any_beyond = false;
   std::map<std::string, int> counts;
   std::vector<std::string> untested;
   const Json& claims = summary.at("claims");
-  // Misses first, then what is open; what was not tested last.
-  for (const std::string look : {"no", "open", "yes", "untested"}) {
+  // Misses first, then what is open; what was not tested last. Of each, the paper's claims come first.
+  for (const auto& [look, own] : {std::pair<std::string, bool>{"no", false},
+                                  {"no", true},
+                                  {"open", false},
+                                  {"open", true},
+                                  {"yes", false},
+                                  {"yes", true},
+                                  {"untested", false},
+                                  {"untested", true}}) {
     for (std::size_t i = 0; i < claims.size(); ++i) {
       const Json& claim = claims[i];
       const auto verdict = claim.at("verdict").get<std::string>();
-      if (look_of(verdict) != look) continue;
+      if (look_of(verdict) != look || claim.at("beyond_paper").get<bool>() != own) continue;
       const std::string pointer = fmt::format("/claims/{}", i);
       const Json& rival = claim.at("rival");
       Json row = {{"key", pointer},
@@ -186,27 +194,20 @@ void add_claims(Json& overlay, const Json& summary) {
       add_measured(row, claim, pointer);
       add_pull(row, claim);
       add_allowed(row, claim);
-      const bool own = claim.at("beyond_paper").get<bool>();
-      (own ? beyond : of_paper).push_back(row);
+      rows.push_back(row);
+      any_beyond = any_beyond || (own && look != "untested");
       if (!own) ++counts[verdict];
       if (verdict == "not tested") untested.push_back(claim.at("id"));
     }
   }
-  overlay["claim_counts"] = {{"all", of_paper.size()},
-                             {"reproduced", counts["reproduced"]},
+  overlay["claim_counts"] = {{"reproduced", counts["reproduced"]},
                              {"not_reproduced", counts["not reproduced"]},
                              {"not_decided", counts["not decided"]},
                              {"not_tested", counts["not tested"]}};
   overlay["any_tested"] = untested.size() < claims.size();
   overlay["untested_list"] = fmt::format("{}", fmt::join(untested, ", "));
-  overlay["any_beyond"] = !beyond.empty();
-  // A group without a row would be an empty part of the table, and its head overleaf.
-  const auto any_row = [](const Json& rows) {
-    return std::ranges::any_of(rows, [](const Json& row) { return row.at("look") != "untested"; });
-  };
-  overlay["claim_groups"] = Json::array();
-  if (any_row(of_paper)) overlay["claim_groups"].push_back({{"beyond", false}, {"claim_rows", of_paper}});
-  if (any_row(beyond)) overlay["claim_groups"].push_back({{"beyond", true}, {"claim_rows", beyond}});
+  overlay["any_beyond"] = any_beyond;
+  overlay["claim_rows"] = rows;
 }
 
 namespace {
