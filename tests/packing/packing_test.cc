@@ -28,7 +28,7 @@ Packing packing_of(const test::TemporaryFolder& folder, const std::string& conta
     write_file(folder / "particles", particles);
     files.particles = folder / "particles";
   }
-  return read_packing(files);
+  return PackingSource(files).read(files.step);
 }
 
 std::map<std::string, double> numbers_of(const Packing& packing, double mu = std::nan("")) {

@@ -180,27 +180,14 @@ class GraphMl : public TextFormat {
   bool twice() const override { return true; }
 
  private:
-  struct Key {
-    const char *name, *type;
-  };
-  static constexpr std::array<Key, 7> of_node = {{{"layer", "int"},
-                                                  {"column", "int"},
-                                                  {"x", "double"},
-                                                  {"y", "double"},
-                                                  {"radius", "double"},
-                                                  {"weight", "double"},
-                                                  {"residual", "double"}}};
-  static constexpr std::array<Key, 8> of_edge = {{{"N", "double"},
-                                                  {"T", "double"},
-                                                  {"T_over_mu_N", "double"},
-                                                  {"force_x", "double"},
-                                                  {"force_y", "double"},
-                                                  {"branch_x", "double"},
-                                                  {"branch_y", "double"},
-                                                  {"across_seam", "int"}}};
+  static constexpr std::array of_node{"layer", "column", "x", "y", "radius", "weight", "residual"};
+  static constexpr std::array of_edge{"N",       "T",        "T_over_mu_N", "force_x",
+                                      "force_y", "branch_x", "branch_y",    "across_seam"};
 
-  static std::string key(const char* of, const Key& one, std::size_t id) {
-    return fmt::format("<key id=\"d{}\" for=\"{}\" attr.name=\"{}\" attr.type=\"{}\"/>\n", id, of, one.name, one.type);
+  static std::string key(const char* of, std::string_view name, std::size_t id) {
+    const bool whole = name == "layer" || name == "column" || name == "across_seam";
+    return fmt::format("<key id=\"d{}\" for=\"{}\" attr.name=\"{}\" attr.type=\"{}\"/>\n", id, of, name,
+                       whole ? "int" : "double");
   }
   template <class... Values>
   static void put_data(std::string& text, std::size_t key, const Values&... values) {

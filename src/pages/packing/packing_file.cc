@@ -259,17 +259,14 @@ class PackingReader {
       c.id2 = column_of(table, {&meaning::second_point});
     }
     const bool ids = c.id1 && (c.id2 || c.touching());
-    if (!c.N && !(c.forces() && (c.placed() || (c.touching() && c.x1 && c.y1) || particles_ != nullptr))) {
-      throw InputError(
-          fmt::format("{}: {}; needed are the normal force N (and T), or fx and fy with places; name them by "
-                      "--columns, known are {}",
-                      file.string(), columns_in(table, &table == walls_), known_contact_columns()));
-    }
-    if (!ids && !c.placed()) {
-      throw InputError(
-          fmt::format("{}: {}; needed are id1 and id2, or x1, y1, x2 and y2, or of walls id1, contact_x and "
-                      "contact_y; name them by --columns, known are {}",
-                      file.string(), columns_in(table, &table == walls_), known_contact_columns()));
+    const bool forces = c.N || (c.forces() && (c.placed() || (c.touching() && c.x1 && c.y1) || particles_ != nullptr));
+    if (!forces || (!ids && !c.placed())) {
+      const bool of_walls = &table == walls_;
+      throw InputError("{}: {}; needed are {}; name them by {}, known are {}", file.string(),
+                       columns_in(table, of_walls),
+                       !forces ? "the normal force N (and T), or fx and fy with places"
+                               : "id1 and id2, or x1, y1, x2 and y2, or of walls id1, contact_x and contact_y",
+                       of_walls ? "--wall-columns" : "--columns", known_contact_columns());
     }
     return c;
   }
@@ -446,7 +443,8 @@ class PackingReader {
       one.N = -one.N;
       one.T = -one.T;
     }
-    packing_.told.push_back(file.filename().string() + " has forces on the first particle, or tension above 0: turned");
+    packing_.told.push_back(file.filename().string() +
+                            " has forces on the first particle, or tension above 0: signs are turned");
   }
 
   void set_mean_diameter() {
@@ -530,7 +528,5 @@ Packing PackingSource::read(std::optional<double> step) const {
   const auto walls = walls_ ? walls_->read(contacts->dump ? contacts->step : step, true) : nullptr;
   return PackingReader(files_, *contacts, particles.get(), walls.get(), step).read();
 }
-
-Packing read_packing(const PackingFiles& files) { return PackingSource(files).read(files.step); }
 
 }  // namespace granuscope

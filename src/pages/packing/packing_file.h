@@ -46,7 +46,4 @@ class PackingSource {
   std::optional<NumberFile> particles_, walls_;
 };
 
-/// The step of `files`.
-Packing read_packing(const PackingFiles& files);
-
 }  // namespace granuscope
