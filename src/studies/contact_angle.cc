@@ -70,6 +70,7 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
   }
 
   bool asked() const override { return !angles_.empty(); }
+  bool suits_any_angle() const override { return true; }
 
   Problem find_problem(const MainLine& main) const override {
     if (ensembles(main).empty()) {

@@ -236,7 +236,8 @@ void add_tables(Plot& plot, const ForceStatistics& one) {
     const std::size_t row = i / map_mobilisations, column = i % map_mobilisations;
     const double N = (static_cast<double>(row) + 0.5) / map_per_unit;
     const double mobilised_by = (2 * static_cast<double>(column) + 1) / map_mobilisations - 1;
-    const double angle = 30 + std::atan(one.spec.sampler.mu * mobilised_by) * 180 / std::numbers::pi;
+    const double angle =
+        one.spec.lattice.angle + std::atan(one.spec.sampler.mu * mobilised_by) * 180 / std::numbers::pi;
     joint.add_row({N, mobilised_by, angle, counts[map + i].value / 4 * map_per_unit * map_mobilisations});
   }
   plot.add_data(one.file_part() + "-map", joint);
@@ -299,6 +300,7 @@ class ForceStatisticsStudy final : public CopiedStudy<ForceStatisticsStudy> {
   }
 
   bool asked() const override { return !mu_.empty(); }
+  bool suits_any_angle() const override { return true; }
 
   Problem find_problem(const MainLine& main) const override {
     if (bands_.empty()) return problem(key("bands"), "no band is named; give the first layer of one at least");
@@ -324,6 +326,7 @@ class ForceStatisticsStudy final : public CopiedStudy<ForceStatisticsStudy> {
       EnsembleSpec spec = spec_at(main, mu_.front());
       spec.sampler = {.seed = main.sampling.seed, .model = {}};
       spec.sampler.model.name = ModelName::q_model;
+      spec.lattice.angle = usual_angle;
       all.push_back({"force statistics, q-model", "force-statistics-q-model", spec});
     }
     return all;
@@ -368,7 +371,8 @@ class ForceStatisticsStudy final : public CopiedStudy<ForceStatisticsStudy> {
 
  private:
   EnsembleSpec spec_at(const MainLine& main, double mu) const {
-    EnsembleSpec spec = main.ensemble_at(mu, {columns_, bands_.back() + thickness_ + bottom_margin}, samples_);
+    EnsembleSpec spec =
+        main.ensemble_at(mu, {columns_, bands_.back() + thickness_ + bottom_margin, main.lattice.angle}, samples_);
     spec.load = Load::uniform;
     spec.record_profiles = false;
     spec.record_forces = true;

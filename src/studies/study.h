@@ -119,6 +119,8 @@ class Study {
   virtual std::vector<Key> keys() = 0;
   /// Whether the experiment asks for it. What is not asked for is checked for its ranges only.
   virtual bool asked() const = 0;
+  /// Whether it is made for contacts at any angle; others are refused beside a main line at another than 30 degrees.
+  virtual bool suits_any_angle() const { return false; }
   /// Gives its open keys, and those of the main line that it depends on, what follows from the others: by itself as
   /// many samples as there are blocks to fill.
   virtual void derive(MainLine&, const IsOpen&);

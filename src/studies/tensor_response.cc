@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "analysis/dispersion.h"
 #include "analysis/jackknife.h"
@@ -22,24 +23,27 @@
 #include "support/plain_text.h"
 
 // Green's tensor: the mean stresses under a point force that is vertical or horizontal, and whether a closure relation
-// ties sigma_xx to the other two. Stresses of a layer n are sums over the contacts that leave its beads, force times
-// branch vector over the area sqrt(3)/2 of a bead:
-//   sigma_zz = V_R + V_L = w,   sigma_xz = H_R + H_L = H,   sigma_xx = (H_R - H_L)/sqrt(3).
-// Balance of horizontal forces hands H down, in Fourier modes exp(-i k x) of true positions, as
-//   H_{n+1} = cos(k/2) H_n - i sqrt(3) sin(k/2) sigma_xx,n,
-// so that sigma_xx follows from H in successive layers, in each pile and therefore in the mean: div sigma = 0.
+// ties sigma_xx to the other two. Stresses of a layer are sums over the contacts that leave its beads, force times
+// branch vector over the area of a bead, times the distance of neighbours; with a the angle of contacts
+//   sigma_zz = V_R + V_L = w,   sigma_xz = H_R + H_L = H,   sigma_xx = tan(a) (H_R - H_L).
+// Balance of horizontal forces hands H down, in Fourier modes exp(-i k x), x and k by columns, as
+//   H_{n+1} = cos(k/2) H_n - i cot(a) sin(k/2) sigma_xx,n,
+// so that sigma_xx follows from H in successive layers, in each pile and therefore in the mean: div sigma = 0. (Legs of
+// the three-leg model lead to the next column, k for k/2.)
 namespace granuscope {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+enum PointLoad { vertical, horizontal, loads };
+enum StressPart { zz, xz, xx, stresses };
+
 /// One Fourier mode of Green's tensor at one depth. Under a vertical unit load sigma_zz and sigma_xx are real and
 /// sigma_xz is i times the number here; under a horizontal one it is the other way round.
 struct TensorMode {
-  double times = 2;               ///< how often it counts: the mode 0 once, others with their mirror image
-  double k = 0;                   ///< 2 sin(k/2), the wave number that differences of neighbouring beads see
-  double zz = 0, xz = 0, xx = 0;  ///< of a vertical load
-  double zz_horizontal = 0, xz_horizontal = 0, xx_horizontal = 0;  ///< of a horizontal one
+  double times = 2;  ///< how often it counts: the mode 0 once, others with their mirror image
+  double k = 0;      ///< 2 sin(k/2) over the distance of neighbours: what differences of neighbouring beads see
+  std::array<std::array<double, stresses>, loads> under{};
 };
 
 /// The modes 0, 1, 2, ... that carry weight: without each block, and last without none.
@@ -53,74 +57,111 @@ constexpr double elastic_share = 0.8944;
 enum Coefficient { eta, eta_beside, nu, D_from_nu, coefficients };
 using Closure = std::array<double, coefficients>;
 
-/// The share of sigma_xx, root mean square over x, that is missed: by eta below either load, and below the vertical one
-/// with a gradient.
-enum Share { vertical, horizontal, beside, shares };
+/// StressPart per bead against x at one depth, in bead diameters.
+struct StressProfile {
+  std::vector<double> x;
+  /// Empty below a load of which nothing is known.
+  std::array<std::array<std::vector<Estimate>, stresses>, loads> under;
+};
 
 struct ClosureAtDepth {
   double z = 0;  ///< of the contacts between two layers, below the reference
   std::array<Estimate, coefficients> found;
-  std::array<Estimate, shares> missed;
+  /// The share of sigma_xx, root mean square over x, that is missed: by eta below either load, and below the vertical
+  /// one with a gradient.
+  Estimate missed, missed_horizontal, missed_beside;
   Estimate D;  ///< of long waves, from the depth before
-};
-
-/// Stress against x at one depth.
-struct StressProfile {
-  std::vector<double> x;
-  /// sigma_zz, sigma_xz, sigma_xx and its standard error, of a vertical and of a horizontal load; per bead
-  std::array<std::array<std::vector<double>, 4>, 2> stress;
+  StressProfile profile;
 };
 
 struct TensorResponse {
+  DeepMeasurement by = DeepMeasurement::fluctuations;
   EnsembleSpec spec;
   std::uint64_t samples = 0;
   Estimate c_thrust;
   std::vector<ClosureAtDepth> depths;
-  std::size_t profile_depth = 0;  ///< number of the depth of `profile`: the second one, if there are so many
-  StressProfile profile;
+
+  bool has(PointLoad load) const { return !shown().profile.under[load][zz].empty(); }
+  /// The one that is shown: the second, if there are so many.
+  const ClosureAtDepth& shown() const { return depths[depths.size() > 1 ? 1 : 0]; }
 };
 
-/// Of all blocks but `left_out`, or of all; between the recorded lags number `row` and `row` + 1. `ratio`: sigma_xx
-/// over sigma_zz of the longest wave, which the thrust ratio is.
-std::vector<TensorMode> tensor_without(const BlockSums& sums, std::size_t row, std::size_t left_out, double ratio) {
-  const std::vector<double> reference = propagation_without(propagation_at(sums, 0), left_out),
-                            above = propagation_without(propagation_at(sums, row), left_out),
-                            below = propagation_without(propagation_at(sums, row + 1), left_out);
-  const int columns = sums.quantities.at("propagation").width / 2;
-  std::vector<TensorMode> modes{{1, 0, 1, 0, ratio, 0, 1, 0}};
+/// Of all blocks but `left_out`, or of all: the four parts (correlation_parts) of what the modes 1, 2, ... of a layer
+/// have to do with those of the lag 0, as far as they carry weight. Vertical loads are layer 0 themselves.
+std::vector<double> parts_at(const MeasuredEnsemble& ensemble, int lag, std::size_t left_out) {
+  const BlockSums& sums = ensemble.record.sums;
+  const auto row = static_cast<std::size_t>(std::ranges::find(sums.layers, lag) - sums.layers.begin());
+  if (holds_propagation(sums)) return propagation_without(propagation_at(sums, row), left_out);
+  const LayerSums of_w = sums.layer("correlation", row), of_H = sums.layer("correlation_H", row),
+                  of_loads = sums.layer("correlation", 0);
+  std::vector<double> w(of_w.width()), H(w), load(w), parts;
+  for (std::size_t b = 0; b < of_w.blocks(); ++b) {
+    if (b == left_out) continue;
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      w[i] += of_w.block(b)[i];
+      H[i] += of_H.block(b)[i];
+      load[i] += of_loads.block(b)[i];
+    }
+  }
+  const int modes = fluctuation_plan(ensemble.spec).modes[row];
+  for (int m = 1; m <= modes; ++m) {
+    // Spectra count whole beads; every other layer lies half a bead farther.
+    const double half_k = sums.rows.shifted(lag) ? std::numbers::pi * m / static_cast<double>(w.size()) : 0;
+    const std::size_t re = 2 * static_cast<std::size_t>(m) - 1, im = re + 1;
+    const double cosine = std::cos(half_k) / load[re], sine = std::sin(half_k) / load[re];
+    parts.insert(parts.end(), {cosine * w[re] + sine * w[im], lag == 0 ? 1.0 : 0.0, 0, cosine * H[im] - sine * H[re]});
+  }
+  return parts;
+}
+
+/// Of all blocks but `left_out`, or of all, `lag` layers below the lag 0. `ratio`: sigma_xx over sigma_zz of the
+/// longest wave, which the thrust ratio is.
+std::vector<TensorMode> tensor_without(const MeasuredEnsemble& ensemble, int lag, std::size_t left_out, double ratio) {
+  const std::vector<double> reference = parts_at(ensemble, 0, left_out), above = parts_at(ensemble, lag, left_out),
+                            below = parts_at(ensemble, lag + 1, left_out);
+  const BeadGeometry geometry(ensemble.spec.lattice.angle);
+  std::vector<TensorMode> modes{{1, 0, {{{1, 0, ratio}, {0, 1, 0}}}}};
   for (std::size_t at = 0; at < std::min({above.size(), below.size(), reference.size()}); at += correlation_parts) {
     const ModePropagator G = mode_propagator(&above[at], &reference[at]),
                          next = mode_propagator(&below[at], &reference[at]);
-    const double half_k = std::numbers::pi * static_cast<double>(modes.size()) / columns;
-    const double cosine = std::cos(half_k), sine = sqrt3 * std::sin(half_k);
-    modes.push_back({2, 2 * std::sin(half_k), G.ww, G.Hw, (cosine * G.Hw - next.Hw) / sine, G.wH, G.HH,
-                     (next.HH - cosine * G.HH) / sine});
+    const double half_k = std::numbers::pi * static_cast<double>(modes.size()) / ensemble.spec.lattice.columns *
+                          (ensemble.record.sums.rows.staggered ? 1 : 2);
+    const double cosine = std::cos(half_k), sine = geometry.cotangent * std::sin(half_k);
+    modes.push_back(
+        {2,
+         2 * std::sin(half_k) / geometry.twice_sine,
+         {{{G.ww, G.Hw, (cosine * G.Hw - next.Hw) / sine}, {G.wH, G.HH, (next.HH - cosine * G.HH) / sine}}}});
   }
   return modes;
 }
 
 /// Least squares over x of sigma_xx = eta sigma_zz under a vertical load, and of sigma_xx = eta sigma_zz - nu d/dx
 /// sigma_xz under both, the horizontal one counting as `weight` of the other. By mirror symmetry sigma_zz is even where
-/// sigma_xz is odd, so that a term eta' sigma_xz comes out as 0.
-/// With it and sigma_zx = sigma_xz a wave is damped by D = nu + (1 - 3 eta)/(2 sqrt(3)) on this lattice.
-Closure close_equations(const std::vector<TensorMode>& modes, double weight) {
-  double zz = 0, zg = 0, gg = 0, xz = 0, xg = 0, plain = 0, of_plain = 0;
+/// sigma_xz is odd, so that a term eta' sigma_xz comes out as 0. With it and sigma_zx = sigma_xz a wave is damped by
+/// D = nu + sin(a)^2 (1 - eta/tan(a)^2)/cos(a) on this lattice.
+Closure close_equations(const std::vector<TensorMode>& modes, double weight, const BeadGeometry& geometry) {
+  double Z_Z = 0, Z_G = 0, G_G = 0, X_Z = 0, X_G = 0, plain = 0, of_plain = 0;
   for (const TensorMode& m : modes) {
-    plain += m.times * m.zz * m.xx;
-    of_plain += m.times * m.zz * m.zz;
-    const double g = m.k * m.xz, g_horizontal = -m.k * m.xz_horizontal;
-    zz += m.times * (m.zz * m.zz + weight * m.zz_horizontal * m.zz_horizontal);
-    zg += m.times * (m.zz * g + weight * m.zz_horizontal * g_horizontal);
-    gg += m.times * (g * g + weight * g_horizontal * g_horizontal);
-    xz += m.times * (m.xx * m.zz + weight * m.xx_horizontal * m.zz_horizontal);
-    xg += m.times * (m.xx * g + weight * m.xx_horizontal * g_horizontal);
+    for (const PointLoad load : {vertical, horizontal}) {
+      const auto& [Z, slope, X] = m.under[load];
+      const double G = load == vertical ? m.k * slope : -m.k * slope, times = m.times * (load == vertical ? 1 : weight);
+      Z_Z += times * Z * Z;
+      Z_G += times * Z * G;
+      G_G += times * G * G;
+      X_Z += times * X * Z;
+      X_G += times * X * G;
+      if (load == horizontal) continue;
+      plain += times * X * Z;
+      of_plain += times * Z * Z;
+    }
   }
-  const double determinant = zz * gg - zg * zg;
+  const double determinant = Z_Z * G_G - Z_G * Z_G;
   Closure found{};
   found[eta] = plain / of_plain;
-  found[eta_beside] = (xz * gg - xg * zg) / determinant;
-  found[nu] = (xg * zz - xz * zg) / determinant;
-  found[D_from_nu] = found[nu] + (1 - 3 * found[eta_beside]) / (2 * sqrt3);
+  found[eta_beside] = (X_Z * G_G - X_G * Z_G) / determinant;
+  found[nu] = (X_G * Z_Z - X_Z * Z_G) / determinant;
+  found[D_from_nu] = found[nu] + (1 - found[eta_beside] * std::pow(geometry.cotangent, 2)) *
+                                     std::pow(geometry.twice_sine, 2) / (2 * geometry.twice_cosine);
   return found;
 }
 
@@ -146,98 +187,100 @@ Replicated power_of(const Tensors& tensors, Value value) {
   return power;
 }
 
-/// A field of an even real spectrum, or of i times an odd one, at x.
-template <typename Part>
-double field_at(double x, const std::vector<TensorMode>& modes, int columns, bool even, Part part) {
-  double sum = 0;
-  for (std::size_t m = 0; m < modes.size(); ++m) {
-    const double angle = 2 * std::numbers::pi * x * static_cast<double>(m) / columns;
-    sum += modes[m].times * part(modes[m]) * (even ? std::cos(angle) : -std::sin(angle));
-  }
-  return sum / columns;
-}
-
-StressProfile profile_of(const Tensors& tensors, int columns, double reach) {
-  using Part = double TensorMode::*;
-  constexpr std::array<std::array<Part, 3>, 2> parts{
-      {{&TensorMode::zz, &TensorMode::xz, &TensorMode::xx},
-       {&TensorMode::zz_horizontal, &TensorMode::xz_horizontal, &TensorMode::xx_horizontal}}};
+/// Below the first `known` loads, at the beads of a layer, as far as `reach` from the load, in bead diameters.
+StressProfile profile_of(const Tensors& tensors, std::size_t known, const EnsembleSpec& spec, bool shifted,
+                         double reach) {
+  const int columns = spec.lattice.columns;
+  const double pitch = BeadGeometry(spec.lattice.angle).twice_sine;
+  const int last = std::min(columns / 2, static_cast<int>(reach / pitch));
   StressProfile profile;
-  const int last = std::min(columns / 2, static_cast<int>(reach));
-  for (int x = -last; x <= last; ++x) {
-    profile.x.push_back(x);
-    for (const std::size_t load : {vertical, horizontal}) {
-      for (std::size_t part = 0; part < 3; ++part) {
-        const bool even = (part == 1) == (load == horizontal);
+  for (int i = shifted ? -last - 1 : -last; i <= last; ++i) {
+    const double x = shifted ? i + 0.5 : i;
+    profile.x.push_back(pitch * x);
+    // Of an even real spectrum, and of i times an odd one.
+    std::vector<double> even, odd;
+    for (std::size_t m = 0; m < tensors.back().size(); ++m) {
+      const double angle = 2 * std::numbers::pi * x * static_cast<double>(m) / columns;
+      even.push_back(std::cos(angle) / columns);
+      odd.push_back(-std::sin(angle) / columns);
+    }
+    for (std::size_t load = 0; load < known; ++load) {
+      for (std::size_t stress = 0; stress < stresses; ++stress) {
         Replicated one;
         for (const auto& modes : tensors) {
-          one.without_block.push_back(
-              field_at(x, modes, columns, even, [&](const TensorMode& m) { return m.*parts[load][part]; }));
+          double sum = 0;
+          for (std::size_t m = 0; m < std::min(modes.size(), even.size()); ++m) {
+            sum +=
+                modes[m].times * modes[m].under[load][stress] * ((load == vertical) == (stress == xz) ? odd : even)[m];
+          }
+          one.without_block.push_back(sum);
         }
         one.value = one.without_block.back();
         one.without_block.pop_back();
-        profile.stress[load][part].push_back(one.value);
-        if (part == 2) profile.stress[load][3].push_back(estimate(one).standard_error);
+        profile.under[load][stress].push_back(estimate(one));
       }
     }
   }
   return profile;
 }
 
-/// From an ensemble that records the lag 0 and pairs of successive lags.
-TensorResponse measure_tensor(const MeasuredEnsemble& ensemble) {
+/// From an ensemble that records these lags, or layers below loads, and the ones that follow.
+TensorResponse measure_tensor(const MeasuredEnsemble& ensemble, DeepMeasurement by, const std::vector<int>& lags) {
   const BlockSums& sums = ensemble.record.sums;
   const auto blocks = static_cast<std::size_t>(sums.blocks());
-  TensorResponse response;
-  response.spec = ensemble.spec;
-  response.samples = sums.samples();
-  const Replicated speed = thrust_speed(sums, 0), ratio = transform([](double c) { return c * c; }, speed);
+  TensorResponse response{.by = by, .spec = ensemble.spec, .samples = sums.samples(), .c_thrust = {}, .depths = {}};
+  const Replicated speed = thrust_speed(sums, by == DeepMeasurement::loads ? lags.front() : 0);
+  const Replicated ratio = transform([](double c) { return c * c; }, speed);
   response.c_thrust = estimate(speed);
-  const double mu = ensemble.spec.sampler.mu;
-  const double rough_D = std::pow(expected_width(mu, 1), 2) - 1;
+  const BeadGeometry geometry(ensemble.spec.lattice.angle);
+  const double mu = like_at_30(ensemble.spec).mu, rough_D = std::pow(expected_width(mu, 1), 2) - 1;
   const std::string unknown = "no mode of the response carries weight";
-  for (std::size_t row = 1; row + 1 < sums.layers.size(); row += 2) {
+  const auto row_at = [&](int lag) {
+    return static_cast<std::size_t>(std::ranges::find(sums.layers, lag) - sums.layers.begin());
+  };
+  for (const int lag : lags) {
     ClosureAtDepth depth;
-    depth.z = sums.rows.spacing * (sums.layers[row] + 0.5);
+    depth.z = sums.rows.spacing * (lag + 0.5);
     Tensors tensors;
     std::vector<Closure> closures;
     for (std::size_t left_out = 0; left_out <= blocks; ++left_out) {
-      tensors.push_back(
-          tensor_without(sums, row, left_out, left_out < blocks ? ratio.without_block[left_out] : ratio.value));
-      closures.push_back(close_equations(tensors.back(), ratio.value));
+      const double of_waves = left_out < blocks ? ratio.without_block[left_out] : ratio.value;
+      tensors.push_back(tensor_without(ensemble, lag, left_out, of_waves));
+      closures.push_back(close_equations(tensors.back(), of_waves, geometry));
     }
     for (std::size_t i = 0; i < coefficients; ++i) {
       Replicated number{closures.back()[i], {}};
       for (std::size_t b = 0; b < blocks; ++b) number.without_block.push_back(closures[b][i]);
       depth.found[i] = estimate(number, unknown);
     }
-    const auto power = [](const TensorMode& m, std::size_t) { return m.xx; };
-    const auto power_horizontal = [](const TensorMode& m, std::size_t) { return m.xx_horizontal; };
-    const auto share = [&](const Replicated& rest, const Replicated& all) {
-      return estimate(transform([](double a, double b) { return std::sqrt(a / b); }, rest, all), "no more than noise");
+    const auto missed = [&](PointLoad load, auto told) {
+      const auto rest = [&](const TensorMode& m, std::size_t b) { return m.under[load][xx] - told(m, closures[b]); };
+      const auto all = [&](const TensorMode& m, std::size_t) { return m.under[load][xx]; };
+      return estimate(
+          transform([](double a, double b) { return std::sqrt(a / b); }, power_of(tensors, rest),
+                    power_of(tensors, all)),
+          by == DeepMeasurement::loads && load == horizontal ? "its loads are vertical" : "no more than noise");
     };
-    depth.missed[vertical] =
-        share(power_of(tensors, [&](const TensorMode& m, std::size_t b) { return m.xx - closures[b][eta] * m.zz; }),
-              power_of(tensors, power));
-    depth.missed[horizontal] =
-        share(power_of(tensors, [&](const TensorMode& m,
-                                    std::size_t b) { return m.xx_horizontal - closures[b][eta] * m.zz_horizontal; }),
-              power_of(tensors, power_horizontal));
-    depth.missed[beside] = share(power_of(tensors,
-                                          [&](const TensorMode& m, std::size_t b) {
-                                            return m.xx - closures[b][eta_beside] * m.zz - closures[b][nu] * m.k * m.xz;
-                                          }),
-                                 power_of(tensors, power));
+    depth.missed =
+        missed(vertical, [](const TensorMode& m, const Closure& c) { return c[eta] * m.under[vertical][zz]; });
+    depth.missed_horizontal =
+        missed(horizontal, [](const TensorMode& m, const Closure& c) { return c[eta] * m.under[horizontal][zz]; });
+    depth.missed_beside = missed(vertical, [](const TensorMode& m, const Closure& c) {
+      return c[eta_beside] * m.under[vertical][zz] + c[nu] * m.k * m.under[vertical][xz];
+    });
     // Waves that are not damped away by then.
-    const double longest = std::sqrt(2 / (rough_D * depth.z));
-    const auto bands =
-        measure_dispersion(sums, row == 1 ? 0 : row - 2, row, {0, longest}, {response.c_thrust.value, rough_D});
-    depth.D = bands.empty() ? Estimate{.reason = unknown} : bands.front().D;
-    if (response.depths.size() <= 1) {
-      response.profile_depth = response.depths.size();
-      const double reach = speed.value * depth.z + 3 * expected_width(mu, depth.z);
-      response.profile = profile_of(tensors, ensemble.spec.lattice.columns, reach);
+    const double longest = geometry.twice_sine * std::sqrt(2 / (rough_D * depth.z));
+    std::vector<BandOfModes> bands;
+    if (by == DeepMeasurement::fluctuations) {
+      const int before = response.depths.empty() ? 0 : lags[response.depths.size() - 1];
+      bands = measure_dispersion(sums, row_at(before), row_at(lag), {0, longest},
+                                 {response.c_thrust.value / geometry.twice_sine, rough_D});
     }
+    depth.D = bands.empty() ? Estimate{.reason = unknown} : bands.front().D;
+    depth.D.value *= std::pow(geometry.twice_sine, 2);
+    depth.D.standard_error *= std::pow(geometry.twice_sine, 2);
+    depth.profile = profile_of(tensors, by == DeepMeasurement::loads ? 1 : loads, ensemble.spec, sums.rows.shifted(lag),
+                               speed.value * depth.z + 3 * expected_width(mu, depth.z));
     response.depths.push_back(depth);
   }
   return response;
@@ -246,11 +289,11 @@ TensorResponse measure_tensor(const MeasuredEnsemble& ensemble) {
 void to_json(Json& json, const ClosureAtDepth& depth) {
   json = {{"z", depth.z},
           {"eta", depth.found[eta]},
-          {"missed", depth.missed[vertical]},
-          {"missed_horizontal", depth.missed[horizontal]},
+          {"missed", depth.missed},
+          {"missed_horizontal", depth.missed_horizontal},
           {"eta_beside_gradient", depth.found[eta_beside]},
           {"nu", depth.found[nu]},
-          {"missed_beside_gradient", depth.missed[beside]},
+          {"missed_beside_gradient", depth.missed_beside},
           {"D_from_nu", depth.found[D_from_nu]},
           {"D", depth.D}};
 }
@@ -259,14 +302,62 @@ void to_json(Json& json, const TensorResponse& one) {
   const auto square = [](double c) { return c * c; };
   Estimate ratio = one.c_thrust;
   if (ratio.known()) ratio = {square(one.c_thrust.value), 2 * one.c_thrust.value * one.c_thrust.standard_error, ""};
-  json = {{"mu", one.spec.sampler.mu}, {"columns", one.spec.lattice.columns}, {"layers", one.spec.lattice.layers},
-          {"samples", one.samples},    {"c_thrust_squared", ratio},           {"depths", one.depths}};
+  json = {{"mu", one.spec.sampler.mu},
+          {"estimator", name_of(one.spec.response.estimator)},
+          {"columns", one.spec.lattice.columns},
+          {"layers", one.spec.lattice.layers},
+          {"samples", one.samples},
+          {"c_thrust_squared", ratio},
+          {"depths", one.depths},
+          {"stresses", Json::array()}};
+  // Where each load presses most.
+  for (const ClosureAtDepth& depth : one.depths) {
+    for (const auto& [symbol, load] : {std::pair("↓", vertical), {"→", horizontal}}) {
+      if (!one.has(load)) continue;
+      const auto& [pressure, shear, across] = depth.profile.under[load];
+      const auto at =
+          static_cast<std::size_t>(std::ranges::max_element(pressure, {}, &Estimate::value) - pressure.begin());
+      json["stresses"].push_back({{"z", depth.z},
+                                  {"load", symbol},
+                                  {"x", depth.profile.x[at]},
+                                  {"zz", pressure[at]},
+                                  {"xz", shear[at]},
+                                  {"xx", across[at]}});
+    }
+  }
+}
+
+/// All stresses of all depths, with their errors.
+CsvTable stress_table(const TensorResponse& one) {
+  std::vector<std::string> columns{"z: bead diameters", "x: bead diameters"};
+  for (const auto& [load, name] : {std::pair(vertical, "vertical"), {horizontal, "horizontal"}}) {
+    if (!one.has(load)) continue;
+    for (const char* const part : {"zz", "xz", "xx"}) {
+      columns.push_back(fmt::format("sigma_{}_{}: 1/bead", part, name));
+      columns.emplace_back("standard_error: 1/bead");
+    }
+  }
+  CsvTable table(columns);
+  for (const ClosureAtDepth& depth : one.depths) {
+    for (std::size_t i = 0; i < depth.profile.x.size(); ++i) {
+      std::vector<double> row{depth.z, depth.profile.x[i]};
+      for (const PointLoad load : {vertical, horizontal}) {
+        if (!one.has(load)) continue;
+        for (const auto& part : depth.profile.under[load])
+          row.insert(row.end(), {part[i].value, part[i].standard_error});
+      }
+      table.add_row(row);
+    }
+  }
+  return table;
 }
 
 /// The stresses under both loads at the largest mu, and below them what a closure misses, against depth.
 Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::filesystem::path& run_folder) {
-  const TensorResponse& shown = measured.back();
-  const ClosureAtDepth& at_depth = shown.depths[shown.profile_depth];
+  const auto fluctuating =
+      std::ranges::find(measured.rbegin(), measured.rend(), DeepMeasurement::fluctuations, &TensorResponse::by);
+  const TensorResponse& shown = *fluctuating;
+  const ClosureAtDepth& at_depth = shown.shown();
   if (!at_depth.found[eta].known()) {
     throw InputError(
         "the figure of the stresses has nothing to show: no mode of the response was followed; give more piles");
@@ -276,8 +367,8 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
   };
   Plot plot;
   plot.id = "tensor-response";
-  plot.height = 4.6;
-  plot.key = {.inches = 0.5, .lines = 2, .sample = 2, .entries = {}};
+  plot.height = 4.7;
+  plot.key = {.inches = 0.6, .lines = 3, .sample = 2, .entries = {}};
   constexpr double lower_row = 2.0;
   const double upper = plot.height - plot.key.inches - lower_row;
   const std::array<Style, 3> styles{
@@ -289,11 +380,13 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
     Range x, y;
     CsvTable table({"x: bead diameters", "sigma_zz: 1/bead", "sigma_xz: 1/bead", "sigma_xx: 1/bead",
                     "standard_error: 1/bead", "eta_sigma_zz: 1/bead"});
-    for (std::size_t i = 0; i < shown.profile.x.size(); ++i) {
-      const auto at = [&](std::size_t part) { return shown.profile.stress[load][part][i]; };
-      table.add_row({shown.profile.x[i], at(0), at(1), at(2), at(3), at_depth.found[eta].value * at(0)});
-      x.add(shown.profile.x[i]);
-      for (std::size_t part = 0; part < 3; ++part) y.add(at(part));
+    const StressProfile& profile = at_depth.profile;
+    for (std::size_t i = 0; i < profile.x.size(); ++i) {
+      const auto at = [&](StressPart stress) { return profile.under[load][stress][i].value; };
+      table.add_row({profile.x[i], at(zz), at(xz), at(xx), profile.under[load][xx][i].standard_error,
+                     at_depth.found[eta].value * at(zz)});
+      x.add(profile.x[i]);
+      for (const StressPart stress : {zz, xz, xx}) y.add(at(stress));
     }
     const std::string file = plot.add_data(load == 0 ? "vertical" : "horizontal", table);
     panel.x = linear_axis("x  (bead diameters)", x, 6);
@@ -314,34 +407,42 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
   ratio_range.add(1);
   missed_range.add(0);
   missed_range.add(elastic_share);
+  std::size_t series = 0;
+  bool loaded = false;
   for (const TensorResponse& one : measured) {
     CsvTable table({"z: bead diameters", "missed: dimensionless", "standard_error: dimensionless",
-                    "missed_beside_gradient: dimensionless", "3_eta_over_kappa: dimensionless",
+                    "missed_beside_gradient: dimensionless", "eta_over_c_thrust_squared: dimensionless",
                     "standard_error: dimensionless"});
     for (const ClosureAtDepth& depth : one.depths) {
       if (!depth.found[eta].known()) continue;
       const double c2 = std::pow(one.c_thrust.value, 2);
-      table.add_row({depth.z, depth.missed[vertical].value, depth.missed[vertical].standard_error,
-                     depth.missed[beside].value, depth.found[eta].value / c2, depth.found[eta].standard_error / c2});
+      table.add_row({depth.z, depth.missed.value, depth.missed.standard_error, depth.missed_beside.value,
+                     depth.found[eta].value / c2, depth.found[eta].standard_error / c2});
       z.add(depth.z);
-      missed_range.add(depth.missed[vertical].value);
-      missed_range.add(depth.missed[beside].value);
+      missed_range.add(depth.missed.value);
+      missed_range.add(depth.missed_beside.value);
       ratio_range.add(depth.found[eta].value / c2, depth.found[eta].standard_error / c2);
     }
     if (table.empty()) continue;
-    const Ink ink = ink_of_value(share.curves.size() / 2);
-    const std::string file = plot.add_data("mu-" + exact(one.spec.sampler.mu), table);
-    share.add(file, "1:2:3", ink.joined_bars(0.9, 0.5));
-    share.add(file, "1:4", ink.line(0.8, 2));
-    ratio.add(file, "1:5:6", ink.joined_bars(0.9, 0.5));
-    plot.add_key("below: μ = " + caption_number(one.spec.sampler.mu), ink.joined(0.9, 0.5));
+    const bool by_loads = one.by == DeepMeasurement::loads;
+    if (!by_loads) ++series;
+    const Ink ink = ink_of_value(series - 1);
+    const std::string mu = (by_loads ? "loads-mu-" : "mu-") + exact(one.spec.sampler.mu),
+                      file = plot.add_data(mu, table);
+    plot.add_data("stresses-" + mu, stress_table(one));
+    share.add(file, "1:2:3", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0));
+    if (!by_loads) share.add(file, "1:4", ink.joined(0.8, 0.2, 2));
+    ratio.add(file, "1:5:6", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0));
+    if (!by_loads) plot.add_key("below: μ = " + caption_number(one.spec.sampler.mu), ink.joined(0.9, 0.5));
+    loaded = loaded || by_loads;
   }
+  if (loaded) plot.add_key("by loads (multiplexed)", {.width = 0.9, .dash = 3});
   for (Panel* panel : {&share, &ratio}) {
     panel->top = upper + 0.12;
     panel->x = log_axis("depth z  (bead diameters)", widened_by_factor(z, 1.2));
   }
   share.y = linear_axis("share of σxx missed", widened(missed_range, 0.06), 6, missed_range);
-  ratio.y = linear_axis("3 η / κ", widened(ratio_range, 0.08), 5, ratio_range);
+  ratio.y = linear_axis("η / (c₀² κ)", widened(ratio_range, 0.08), 5, ratio_range);
   share.add_level(elastic_share, {"lines", "black", 1.0, 3});
   ratio.add_level(1, {"lines", "frame", 0.8});
   plot.panels = {profiles[0], profiles[1], share, ratio};
@@ -350,8 +451,8 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
                       {{"mu", caption_number(shown.spec.sampler.mu)},
                        {"z", fmt::format("{:.0f}", at_depth.z)},
                        {"eta", value_with_error(at_depth.found[eta])},
-                       {"missed", percent(at_depth.missed[vertical])},
-                       {"beside", percent(at_depth.missed[beside])},
+                       {"missed", percent(at_depth.missed)},
+                       {"beside", percent(at_depth.missed_beside)},
                        {"elastic", fmt::format("{:.0f} %", 100 * elastic_share)}}},
                      run_folder);
 }
@@ -366,6 +467,10 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
                  "friction coefficients at which all stresses below a vertical and below a horizontal point load "
                  "are measured, by the fluctuations of uniformly loaded piles; none: not at all",
                  mu_, friction_range_above_zero()),
+        make_key(table(), "loaded_mu", "",
+                 "those of mu that are measured once more by vertical loads: estimator multiplexed, each pile and its "
+                 "opposite",
+                 loaded_mu_, friction_range_above_zero()),
         first_lag_key(table(), first_lag_),
         make_key(table(), "octaves", "octaves", "doublings of the depth, from first_lag on", octaves_,
                  KeyRange{}.within(0, most_octaves)),
@@ -374,16 +479,17 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
   }
 
   bool asked() const override { return !mu_.empty(); }
+  bool suits_any_angle() const override { return true; }
 
   Problem find_problem(const MainLine& main) const override {
-    const int deepest = first_lag_ << octaves_;
-    if (const double least = columns_needed(mu_.back(), deepest); columns_ < least) {
-      return problem(key("columns"),
-                     "{} columns: at mu = {} the response goes around the ring within {} layers, so that its stresses "
-                     "could not be told apart; give {:.0f} columns, or fewer octaves",
-                     columns_, mu_.back(), deepest, std::ceil(least));
-    }
+    if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
     for (const StudyEnsemble& one : ensembles(main)) {
+      if (const double least = columns_needed(like_at_30(one.spec), lags().back()); columns_ < least) {
+        return problem(key("columns"),
+                       "{} columns: at mu = {} the response goes around the ring within {} layers, so that its "
+                       "stresses could not be told apart; give {:.0f} columns, or fewer octaves",
+                       columns_, one.spec.sampler.mu, lags().back(), std::ceil(least));
+      }
       if (auto found = find_lattice_problem(key("columns"), columns_, key("octaves"), one.spec.lattice.layers,
                                             bottom_margin + 1, drawing_memory(one.spec))) {
         return found;
@@ -395,23 +501,29 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
     std::vector<StudyEnsemble> all;
     for (const double mu : mu_) {
-      EnsembleSpec spec = spec_of_lags(main.ensemble_at(mu, {columns_, 1}, samples_), first_lag_, octaves_);
-      const std::vector<int> lags = std::move(spec.layers);
-      spec.layers.clear();
-      for (const int lag : lags) spec.layers.insert(spec.layers.end(), {lag, lag + 1});
+      EnsembleSpec spec =
+          spec_of_lags(main.ensemble_at(mu, {columns_, 1, main.lattice.angle}, samples_), first_lag_, octaves_);
+      std::set<int> layers;
+      for (const int lag : spec.layers) layers.insert({lag, lag + 1});
+      spec.layers.assign(layers.begin(), layers.end());
       spec.lattice.layers += 1;
-      all.push_back(
-          {fmt::format("tensor response, mu = {}", mu), fmt::format("tensor-response-mu-{}", exact(mu)), spec});
+      const auto add = [&](DeepMeasurement by, const char* label, const char* file) {
+        all.push_back({fmt::format("tensor response{}, mu = {}", label, mu),
+                       fmt::format("tensor-response{}-mu-{}", file, exact(mu)),
+                       spec_of_check(spec, by, main.response.epsilon), static_cast<int>(by)});
+      };
+      add(DeepMeasurement::fluctuations, "", "");
+      if (std::ranges::find(loaded_mu_, mu) != loaded_mu_.end()) add(DeepMeasurement::loads, " to loads", "-loads");
     }
     return all;
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
-    measured_.push_back(measure_tensor(ensemble));
+  void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
+    measured_.push_back(measure_tensor(ensemble, static_cast<DeepMeasurement>(one.part), lags()));
   }
 
   Json json() const override { return measured_; }
-  std::vector<ReportPart> parts() const override { return {table_part()}; }
+  std::vector<ReportPart> parts() const override { return {part()}; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
@@ -421,10 +533,16 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
  private:
   static constexpr int most_octaves = 8;
 
-  std::vector<double> mu_;  ///< each above 0; empty: not measured
+  std::vector<int> lags() const {
+    std::vector<int> all;
+    for (int octave = 0; octave <= octaves_; ++octave) all.push_back(first_lag_ << octave);
+    return all;
+  }
+
+  std::vector<double> mu_, loaded_mu_;  ///< each above 0; empty: not measured
   int first_lag_ = 16, octaves_ = 3, columns_ = 240;
   std::uint64_t samples_ = 512;           ///< piles per friction coefficient
-  std::vector<TensorResponse> measured_;  ///< ascending in mu
+  std::vector<TensorResponse> measured_;  ///< ascending in mu, by loads behind what they check
 };
 
 }  // namespace

@@ -210,13 +210,20 @@ TEST_CASE("The angle of the contacts reads back as it was printed, and bounds fr
   CHECK(key_of_problem([](Experiment& e) { e.force_chains.mu = 1; }) == "scenes.force_chains.mu");
   CHECK(key_of_problem([](Experiment& e) { e.sampling.load_angle = 2; }) == "sampling.load_angle");
   CHECK(key_of_problem([](Experiment& e) { e.lattice.angle = 61; }) == "lattice.angle");
-  CHECK(key_of_problem([](Experiment& e) {
-          for (const auto& study : e.studies) {
-            for (const Key& key : study->keys()) {
-              if (key.path() == "studies.force_statistics.mu") key.set(std::vector<double>{0.3});
-            }
-          }
-        }).starts_with("studies."));
+  const auto with_study = [&](const std::string& id, double mu) {
+    return key_of_problem([&](Experiment& e) {
+      for (const auto& study : e.studies) {
+        for (const Key& key : study->keys()) {
+          if (key.path() == "studies." + id + ".mu") key.set(std::vector<double>{mu});
+        }
+      }
+    });
+  };
+  CHECK(with_study("deep_response", 0.3) == "studies.deep_response");
+  // Of these all formulas take the angle.
+  CHECK(with_study("force_statistics", 0.3).empty());
+  CHECK(with_study("tensor_response", 0.3).empty());
+  CHECK(with_study("tensor_response", 1).starts_with("studies.tensor_response"));  // from 1/tan(45 degrees) on
 }
 
 TEST_CASE("The keys of the overloads read back as they were printed") {

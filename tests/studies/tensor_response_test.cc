@@ -1,13 +1,16 @@
 // Stresses below a point load: made-up waves that a closure relation makes, an elastic half plane, and the balance that
 // sigma_xx is found by, against contacts.
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
 #include <memory>
 #include <numbers>
+#include <sstream>
 
 #include "ensemble/ensemble_runner.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "kit/temporary_folder.h"
 #include "model/lattice.h"
 #include "model/pile.h"
@@ -15,6 +18,7 @@
 #include "sampling/sampler.h"
 #include "studies/made_up_ensemble.h"
 #include "studies/study.h"
+#include "support/files.h"
 
 namespace granuscope {
 std::unique_ptr<Study> tensor_response_study();  // as src/studies/study.cc declares it
@@ -27,6 +31,14 @@ namespace {
 
 constexpr int columns = 240;
 const std::vector<int> lags{0, 32, 33, 64, 65};
+
+/// Two depths, of 32 and 64 layers.
+void set_depths(Study& study) {
+  for (const Key& key : study.keys()) {
+    if (key.name == "first_lag") key.set(std::int64_t{32});
+    if (key.name == "octaves") key.set(std::int64_t{1});
+  }
+}
 
 /// The parts ww, HH, wH, Hw of a mode of wave number k at a depth in layers.
 using Parts = std::array<double, 4>;
@@ -42,6 +54,7 @@ nlohmann::ordered_json measured(Propagator parts_at, double kappa) {
     return parts[static_cast<std::size_t>(i % 4)] * (1 + 1e-9 * (block % 3 - 1));
   });
   const auto study = tensor_response_study();
+  set_depths(*study);
   study->add({}, ensemble);
   study->finish();
   return study->json().at(0);
@@ -88,6 +101,151 @@ std::unique_ptr<Study> few_beads(std::int64_t samples) {
 }
 
 }  // namespace
+
+namespace {
+
+/// The file of all stresses: rows of z, x and, of each load, sigma_zz, sigma_xz and sigma_xx with their errors.
+std::vector<std::vector<double>> stresses_of(const Study& study, const std::string& name) {
+  const test::TemporaryFolder folder;
+  REQUIRE(study.figures({}).at(0)(folder.path()).failure == "");
+  std::istringstream lines(read_file(folder / "figures" / ("tensor-response-stresses-" + name + ".csv")));
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('z') || line.starts_with('#')) continue;
+    std::vector<double> row;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+// Rays go straight: half of a vertical force passes along either, and half of a horizontal one over tan(angle) presses
+// and pulls.
+TEST_CASE("Without friction stresses are two peaks of one bead at z tan(angle), and sigma_xx is tan^2 sigma_zz") {
+  for (const double angle : {30.0, 45.0}) {
+    const BeadGeometry geometry(angle);
+    const int ring = 201, first_lag = 33;  // odd: all modes are known, and beads lie at half-integer places
+    MeasuredEnsemble ensemble = ensemble_of(0.3, {ring, 200, angle}, {0, first_lag, first_lag + 1});
+    ensemble.record.sums.rows = rows_of({}, angle);
+    MeasuredEnsemble loaded = ensemble;
+    loaded.spec.response.estimator = EstimatorName::multiplexed;
+    const auto wave = [&](int row, int mode) {
+      return std::numbers::pi * mode / ring * ensemble.record.sums.layers[static_cast<std::size_t>(row)];
+    };
+    for (MeasuredEnsemble* one : {&ensemble, &loaded})
+      add_quantity(one->record.sums, "thrust", 1, [](int, int, int) { return 1.0; });
+    const auto jitter = [](int block) { return 1 + 1e-9 * (block % 3 - 1); };
+    add_quantity(ensemble.record.sums, "propagation", 2 * ring, [&](int block, int row, int i) {
+      const double phase = wave(row, i / 4 + 1), c = std::cos(phase), s = -std::sin(phase);
+      if (i / 4 + 1 > ring / 2) return 0.0;
+      return jitter(block) * Parts{c, c, s * geometry.cotangent, s * geometry.tangent}[static_cast<std::size_t>(i % 4)];
+    });
+    for (const bool of_w : {true, false}) {
+      add_quantity(loaded.record.sums, of_w ? "correlation" : "correlation_H", ring, [&](int block, int row, int i) {
+        const int mode = (i + 1) / 2;
+        const double half_k = row == 1 ? std::numbers::pi * mode / ring : 0;  // beads count from the left one
+        const std::complex<double> field =
+            of_w ? std::cos(wave(row, mode)) : std::complex(0.0, -geometry.tangent * std::sin(wave(row, mode)));
+        const std::complex<double> by_bead = field * std::polar(1.0, half_k);
+        return jitter(row == 0 ? 0 : block) * (i % 2 == 1 || i == 0 ? by_bead.real() : by_bead.imag());
+      });
+    }
+    const auto study = tensor_response_study();
+    for (const Key& key : study->keys()) {
+      if (key.name == "first_lag") key.set(std::int64_t{first_lag});
+      if (key.name == "octaves") key.set(std::int64_t{0});
+    }
+    study->add({}, ensemble);
+    study->add({.label = {}, .file = {}, .spec = {}, .part = 2}, loaded);
+    for (const auto& one : study->json())
+      CHECK(value(one.at("depths").at(0), "eta") == Approx(std::pow(geometry.tangent, 2)).epsilon(1e-6));
+    CHECK(std::abs(value(study->json().at(0).at("depths").at(0), "nu")) < 1e-6);
+    for (const bool by_loads : {false, true}) {
+      // Where only the modes that carry weight are taken, peaks are wider than a bead.
+      const auto rows = stresses_of(*study, by_loads ? "loads-mu-0.3" : "mu-0.3");
+      REQUIRE(rows.size() > 20);
+      for (const auto& row : rows) {
+        INFO(angle << " degrees, x = " << row[1]);
+        CHECK(row[6] == Approx(std::pow(geometry.tangent, 2) * row[2]).margin(1e-6));
+        if (by_loads) continue;
+        const double on_ray = std::abs(std::abs(row[1]) - 16.5 * geometry.twice_sine) < 1e-9 ? 0.5 : 0;
+        const double side = row[1] > 0 ? 1 : -1;
+        CHECK(row[2] == Approx(on_ray).margin(1e-6));
+        CHECK(row[4] == Approx(side * on_ray * geometry.tangent).margin(1e-6));
+        CHECK(row[8] == Approx(side * on_ray * geometry.cotangent).margin(1e-6));
+        CHECK(row[10] == Approx(on_ray).margin(1e-6));
+        CHECK(row[12] == Approx(side * on_ray * geometry.tangent).margin(1e-6));
+      }
+    }
+  }
+}
+
+// Legs that may pull share weight in the same way whatever they bear, so that the mean obeys the same rule as each
+// pile: sigma_xx = (1 - p)/3 sigma_zz, and the mean response is the product of the mean rules.
+TEST_CASE("Below three linear legs the stresses are those of the mean rule, within their errors") {
+  SamplerSpec sampler;
+  sampler.model.name = ModelName::three_leg;
+  sampler.mu = 0.3;  // for the name of the file alone
+  const double p = sampler.model.three_leg.middle;
+  MeasuredEnsemble ensemble;
+  ensemble.spec.sampler = sampler;
+  ensemble.spec.response.estimator = EstimatorName::fluctuation;
+  ensemble.spec.response.samples = 256;
+  constexpr int ring = 64;
+  ensemble.spec.lattice = {ring, 1};
+  ensemble.spec.layers = {8, 9, 16, 17};
+  ensemble.spec.lattice.layers = 200;
+  ensemble.record = run_ensemble(ensemble.spec, 0, nullptr);
+  // The model's horizontal force is in units of tan 30 degrees.
+  QuantitySums& propagation = ensemble.record.sums.quantities.at("propagation");
+  for (std::size_t i = 0; i < propagation.sum.size(); ++i)
+    propagation.sum[i] /= std::array{1.0, 3.0, sqrt3, sqrt3}[i % 4];
+  const auto study = tensor_response_study();
+  for (const Key& key : study->keys()) {
+    if (key.name == "first_lag") key.set(std::int64_t{8});
+    if (key.name == "octaves") key.set(std::int64_t{1});
+  }
+  study->add({}, ensemble);
+  const auto result = study->json().at(0);
+  INFO(result.dump(1));
+  for (const auto& depth : result.at("depths")) {
+    const auto& eta = depth.at("eta");
+    CHECK(std::abs(eta.at("value").get<double>() - (1 - p) / 3) < 5 * eta.at("stderr").get<double>());
+    CHECK(eta.at("stderr").get<double>() < 0.01);
+  }
+  const int modes = std::ranges::min(fluctuation_plan(ensemble.spec).modes);
+  double squares = 0;
+  std::size_t count = 0;
+  for (const auto& row : stresses_of(*study, "mu-0.3")) {
+    const int legs = static_cast<int>(std::lround(row[0] / sqrt3 - 0.5));
+    double exact_w = 1.0 / ring, exact_H = 0;
+    for (int mode = 1; mode <= modes; ++mode) {
+      const double k = 2 * std::numbers::pi * mode / ring;
+      std::complex<double> w = 1, H = 0;
+      for (int n = 0; n < legs; ++n) {
+        const std::complex<double> next = (p + (1 - p) * std::cos(k)) * w - std::complex(0.0, sqrt3 * std::sin(k)) * H;
+        H = std::cos(k) * H - std::complex(0.0, (1 - p) / sqrt3 * std::sin(k)) * w;
+        w = next;
+      }
+      const std::complex<double> turn = std::polar(2.0 / ring, k * row[1]);
+      exact_w += (w * turn).real();
+      exact_H += (H * turn).real();
+    }
+    for (const auto& [column, exact] :
+         {std::pair<std::size_t, double>{2, exact_w}, {4, exact_H}, {6, (1 - p) / 3 * exact_w}}) {
+      INFO("z = " << row[0] << ", x = " << row[1] << ", column " << column);
+      CHECK(std::abs(row[column] - exact) <= 5.5 * row[column + 1]);
+      if (row[column + 1] == 0) continue;  // in the middle, by symmetry
+      squares += std::pow((row[column] - exact) / row[column + 1], 2);
+      ++count;
+    }
+  }
+  CHECK(count > 100);
+  CHECK(squares < 2 * static_cast<double>(count));
+}
 
 TEST_CASE("Waves that one ratio closes are told by that ratio, and nothing is missed") {
   const auto one = closed(0.31, 0);

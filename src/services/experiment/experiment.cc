@@ -379,9 +379,9 @@ Problem find_picture_problem(const Experiment& e, const std::string& name, const
 Problem find_angle_problem(const Experiment& e) {
   if (e.lattice.angle == usual_angle) return {};
   for (const auto& study : e.studies) {
-    if (!study->asked()) continue;
+    if (!study->asked() || study->suits_any_angle()) continue;
     return problem("studies." + study->id(),
-                   "studies are made for contacts at 30 degrees, and lattice.angle = {}; leave the study out, or the "
+                   "this study is made for contacts at 30 degrees, and lattice.angle = {}; leave the study out, or the "
                    "angle at 30",
                    e.lattice.angle);
   }
