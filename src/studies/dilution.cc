@@ -1,7 +1,6 @@
 #include "studies/dilution.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -13,12 +12,10 @@
 #include "ensemble/ensemble_runner.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
-#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "report/clean_json.h"
 #include "sampling/diluted_beads.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 #include "support/progress.h"

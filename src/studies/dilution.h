@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "analysis/double_gaussian.h"
-#include "analysis/fit_spec.h"
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
+#include "analysis/shape_fit.h"
 #include "plot/figure_captions.h"
 #include "studies/study.h"
 

@@ -2,7 +2,6 @@
 // with the shape of their tails, beside the q-model, whose weights are known (Coppersmith et al., Phys. Rev. E 53, 4673
 // (1996)).
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <gsl/gsl_cdf.h>
 
 #include <algorithm>

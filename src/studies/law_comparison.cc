@@ -11,18 +11,13 @@
 #include <utility>
 
 #include "analysis/double_gaussian.h"
-#include "analysis/jackknife.h"
-#include "analysis/mean_response.h"
-#include "analysis/results.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
-#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "report/clean_json.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

@@ -6,10 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
+#include "analysis/shape_fit.h"
 #include "plot/figure_captions.h"
 #include "studies/study.h"
 

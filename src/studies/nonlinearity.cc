@@ -11,18 +11,15 @@
 #include <set>
 
 #include "analysis/double_gaussian.h"
-#include "analysis/mean_response.h"
 #include "analysis/scaling.h"
 #include "analysis/transport.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
-#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "report/clean_json.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
+#include "analysis/shape_fit.h"
 #include "ensemble/ensemble_spec.h"
 #include "plot/figure_captions.h"
 #include "studies/study.h"

@@ -15,7 +15,6 @@
 #include "plot/plot.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 #include "support/progress.h"

@@ -9,9 +9,7 @@
 #include <set>
 
 #include "analysis/mean_response.h"
-#include "analysis/results.h"
 #include "analysis/scaling.h"
-#include "analysis/transport.h"
 #include "ensemble/estimator.h"
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
@@ -19,7 +17,6 @@
 #include "plot/plot.h"
 #include "plot/power_law_panel.h"
 #include "report/clean_json.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

@@ -5,7 +5,6 @@
 
 #include "analysis/jackknife.h"
 #include "analysis/results.h"
-#include "analysis/transport.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -2,6 +2,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
 #include "ensemble/ensemble_spec.h"
+#include "studies/study.h"
 #include "support/key.h"
 
 namespace granuscope {
@@ -21,7 +23,7 @@ struct LagResponse {
   Estimate width_squared;  ///< W^2
   double chi2_per_dof = 0;
   double misfit = 0;  ///< share of the response that two Gaussians miss
-  /// From fits of the cosines with a background spread evenly between the peaks (analysis/shape_diagnostics.h).
+  /// From fits of the cosines with a background spread evenly between the peaks (analysis/shape_fit.h).
   Estimate between = {};           ///< its share of the response
   double chi2_beside_per_dof = 0;  ///< with it
 };
@@ -97,5 +99,14 @@ std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, co
 /// What sentences about these results need beside them, which stand at `pointer` of summary.json; null where no
 /// exponent is known.
 nlohmann::ordered_json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer);
+
+/// Exponents against depth. Throws InputError where none is known.
+Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);
+
+/// c and D against the wave number. Throws InputError where none is known.
+Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);
+
+/// How the peaks move and spread far below where the main line looks: whether W^2 stays proportional to z.
+std::unique_ptr<Study> deep_response_study();
 
 }  // namespace granuscope

@@ -1,19 +1,15 @@
 #include "studies/study.h"
 
-#include <algorithm>
-
-#include "ensemble/ensemble_spec.h"
-#include "studies/counted_work.h"
-#include "studies/deep_response.h"
 #include "studies/dilution.h"
-#include "studies/error_against_time.h"
 #include "studies/law_comparison.h"
 #include "studies/mode_coupling/fields.h"
 #include "studies/model_classes/results.h"
 #include "studies/nonlinearity.h"
 #include "studies/numerical_stability.h"
 #include "studies/small_friction.h"
+#include "studies/spreading.h"
 #include "studies/thrust_studies.h"
+#include "studies/work_studies.h"
 #include "support/plain_text.h"
 
 namespace granuscope {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/fit_spec.h"
 #include "analysis/precision.h"
 #include "analysis/results.h"
+#include "analysis/shape_fit.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_spec.h"
 #include "model/lattice.h"

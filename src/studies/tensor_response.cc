@@ -11,7 +11,6 @@
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/figure_captions.h"

@@ -11,13 +11,10 @@
 #include <numeric>
 
 #include "analysis/claims.h"
-#include "analysis/jackknife.h"
-#include "analysis/mean_response.h"
-#include "ensemble/point_estimator.h"
+#include "ensemble/estimator.h"
 #include "model/lattice.h"
 #include "report/clean_json.h"
 #include "sampling/sampler.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "analysis/analyse.h"
 #include "kit/claim.h"
 #include "kit/estimates.h"
 #include "model/lattice.h"

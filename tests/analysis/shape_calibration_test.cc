@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "analysis/shape_diagnostics.h"
+#include "analysis/shape_fit.h"
 #include "model/lattice.h"
 #include "synthetic_ensemble.h"
 

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "analysis/double_gaussian.h"
-#include "analysis/shape_diagnostics.h"
+#include "analysis/shape_fit.h"
 #include "model/lattice.h"
 #include "synthetic_ensemble.h"
 

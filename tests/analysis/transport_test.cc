@@ -6,9 +6,9 @@
 #include <string>
 
 #include "analysis/claims.h"
-#include "analysis/fit_spec.h"
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
+#include "analysis/shape_fit.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/linear_response.h"

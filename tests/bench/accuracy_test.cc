@@ -1,4 +1,4 @@
-#include "bench/accuracy_suite.h"
+#include "bench/suites.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "bench/measured_with.h"
+#include "bench/suites.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

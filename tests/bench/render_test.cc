@@ -3,7 +3,7 @@
 #include <set>
 #include <string>
 
-#include "bench/render_suite.h"
+#include "bench/suites.h"
 #include "kit/temporary_folder.h"
 
 namespace granuscope {

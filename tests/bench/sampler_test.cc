@@ -1,4 +1,4 @@
-#include "bench/sampler_suite.h"
+#include "bench/suites.h"
 
 #include <unistd.h>
 
@@ -7,7 +7,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/measured_with.h"
 #include "sampling/sampler.h"
 
 using namespace granuscope;

@@ -20,7 +20,7 @@
 #include "kit/temporary_folder.h"
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
-#include "storage/hdf5_reader.h"
+#include "storage/hdf5_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
 #include "support/error.h"

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/multiplexed_estimator.h"
-#include "ensemble/point_estimator.h"
+#include "ensemble/estimator.h"
 #include "ensemble/small_ensemble.h"
 #include "kit/naive_granusolve.h"
 #include "kit/sampling_statistics.h"

@@ -1,5 +1,5 @@
 // How forces are distributed: the counts, held against closed forms, a recursion and a second implementation.
-#include "ensemble/force_counts.h"
+#include "ensemble/estimator.h"
 
 #include <algorithm>
 #include <array>

@@ -12,9 +12,7 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_estimator.h"
 #include "ensemble/group_fourier.h"
-#include "ensemble/multiplexed_estimator.h"
 #include "ensemble/small_ensemble.h"
 #include "kit/instruction_sets.h"
 #include "sampling/sampler.h"

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "history/night_page.h"
+#include "history/night_book.h"
 #include "kit/file_size_limit.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"

@@ -17,7 +17,7 @@
 #include "kit/sanitized.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "pipeline/ensemble_stage.h"
+#include "pipeline/sample_stage.h"
 #include "sharded_run.h"
 #include "support/error.h"
 

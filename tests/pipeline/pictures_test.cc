@@ -10,7 +10,6 @@
 #include "kit/search_path.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "pipeline/picture_stage.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
 #include "support/files.h"

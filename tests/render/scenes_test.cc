@@ -10,7 +10,7 @@
 #include "render/layout.h"
 #include "render/palette.h"
 #include "render/sample_grid.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 #include "render/test_piles.h"
 #include "support/error.h"
 

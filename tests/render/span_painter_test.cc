@@ -9,7 +9,7 @@
 #include "render/gl_context.h"
 #include "render/painter.h"
 #include "render/picture_distance.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 #include "render/test_piles.h"
 
 namespace granuscope {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "model/pile.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 
 namespace granuscope {
 

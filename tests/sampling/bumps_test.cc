@@ -14,7 +14,6 @@
 #include "model/equilibrium.h"
 #include "model/lattice.h"
 #include "model/pile.h"
-#include "sampling/bump_moves.h"
 #include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
@@ -35,7 +34,7 @@ Pile start_of_bumps(const Lattice& lattice, double mu, std::uint64_t sample = 0)
 
 constexpr auto all_forces = {&Pile::V_R, &Pile::V_L, &Pile::H_R, &Pile::H_L};
 
-// Source: bumps as bump_moves.h describes them, made once more on whole piles. Distances are counted step by step from
+// Source: bumps as polytope.h describes them, made once more on whole piles. Distances are counted step by step from
 // neighbour to neighbour, and every cone of every contact bounds a bump.
 
 /// Calls f with the layer, the column and the amount of each bead of a bump; layers may lie below the pile.

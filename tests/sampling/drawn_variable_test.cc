@@ -1,5 +1,5 @@
 // What a bead draws, as an option of granusolve: against densities in closed form and against blind redrawing.
-#include "sampling/drawn_variable.h"
+#include "sampling/sampler_spec.h"
 
 #include <algorithm>
 #include <array>

@@ -12,7 +12,6 @@
 #include "sampling/pile_group.h"
 #include "sampling/random_key.h"
 #include "sampling/row_model.h"
-#include "sampling/row_noise.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 

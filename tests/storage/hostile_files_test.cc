@@ -24,7 +24,6 @@
 #include "storage/ensemble_file.h"
 #include "storage/foreign_pile.h"
 #include "storage/hdf5_file.h"
-#include "storage/hdf5_reader.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "analysis/shape_fit.h"
-#include "ensemble/multiplexed_estimator.h"
+#include "ensemble/estimator.h"
 
 using namespace granuscope;
 

@@ -1,4 +1,4 @@
-#include "studies/counted_work.h"
+#include "studies/work_studies.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -8,7 +8,6 @@
 
 #include "model/lattice.h"
 #include "studies/mode_coupling/fields.h"
-#include "studies/mode_coupling/sound_form.h"
 
 using namespace granuscope;
 

@@ -1,4 +1,4 @@
-#include "studies/deep_response.h"
+#include "studies/spreading.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "kit/text_parts.h"
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
-#include "studies/error_against_time.h"
+#include "studies/work_studies.h"
 #include "support/error.h"
 #include "support/files.h"
 

@@ -11,7 +11,6 @@
 #include "plot/figure_texts.h"
 #include "sampling/sampler.h"
 #include "studies/mode_coupling/fields.h"
-#include "studies/mode_coupling/sound_form.h"
 #include "support/files.h"
 
 using namespace granuscope;

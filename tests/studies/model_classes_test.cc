@@ -113,7 +113,7 @@ TEST_CASE("the theory of noise has the limits of the wave-number dependent one, 
   for (const auto& [columns, rows] : {std::pair{4, 4}, {2, 8}, {6, 1}}) {
     model.stochastic_osl = {.disorder = 0.1, .cell_columns = columns, .cell_rows = rows, .grid = 1};
     const NoiseTheory theory = noise_theory(model);
-    // Q(k) of measure.h by the midpoint rule.
+    // Q(k) of results.h by the midpoint rule.
     const auto Q = [columns = columns, rows = rows](double k) {
       const double width = columns, reach = rows / 2.0, end = std::min(width, reach);  // tan 30 times sqrt(3)/2 = 1/2
       std::complex<double> sum = 0;

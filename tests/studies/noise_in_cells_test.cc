@@ -1,12 +1,12 @@
 // Noise that is alike in cells, followed down to where peaks are wider than those: what theory to second order says
-// (studies/model_classes/measure.h).
+// (studies/model_classes/results.h).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
 
 #include "ensemble/ensemble_runner.h"
-#include "studies/model_classes/measure.h"
+#include "studies/model_classes/results.h"
 #include "studies/spreading.h"
 
 using namespace granuscope;

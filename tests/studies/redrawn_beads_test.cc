@@ -5,7 +5,7 @@
 
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/point_estimator.h"
+#include "ensemble/estimator.h"
 #include "kit/estimates.h"
 #include "sampling/sampler.h"
 #include "studies/study.h"

@@ -1,4 +1,4 @@
-#include "support/machine.h"
+#include "support/provenance.h"
 
 #include <sched.h>
 

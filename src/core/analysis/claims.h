@@ -8,8 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/fit_spec.h"
 #include "analysis/results.h"
+#include "analysis/shape_fit.h"
+#include "analysis/transport.h"
 
 namespace granuscope {
 /// Decides the claims of the paper about the main line from what was measured (all of `analysis` but its claims).
@@ -137,5 +138,8 @@ Claim judge_differs_from_theory(const Analysis& analysis);
 Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec);
 Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit);
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec);
+
+/// From the measured ensembles, all of one scan, to exponents and claims. Results come out ascending in its parameter.
+Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims);
 
 }  // namespace granuscope

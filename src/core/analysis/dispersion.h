@@ -67,7 +67,7 @@ struct PropagatedModes {
   BlockMeans sines;    ///< half of -(s G_wH + G_Hw/s); none in a scalar model
 };
 
-/// Those over recorded lag number `row`, G = C_{r+l} C_r^-1 (ensemble/fluctuation_estimator.h) being made from sums
+/// Those over recorded lag number `row`, G = C_{r+l} C_r^-1 (ensemble/estimator.h) being made from sums
 /// over blocks, never from ratios of one block. As many modes as carry weight there; none where nothing fluctuates. The
 /// (w, w) element alone would be that of peaks shifted by (G_ww - G_HH)/(2 k sin(k x_p)): 0.005, 0.07 and 0.2 bead at
 /// mu = 0.1, 0.3 and 0.5, and up to a bead in waves that are not saturated. At 0.5 the error of c was 1.6 times larger

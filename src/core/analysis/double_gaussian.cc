@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 #include <utility>
-#include <vector>
 
 #include "analysis/shape_fit.h"
 #include "model/lattice.h"

@@ -4,8 +4,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <cmath>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 

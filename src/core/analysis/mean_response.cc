@@ -5,13 +5,11 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <vector>
 
 #include "analysis/dispersion.h"
 #include "analysis/double_gaussian.h"
-#include "analysis/jackknife.h"
 #include "analysis/results.h"
-#include "ensemble/multiplexed_estimator.h"
+#include "ensemble/estimator.h"
 #include "model/lattice.h"
 #include "support/error.h"
 

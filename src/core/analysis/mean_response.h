@@ -87,7 +87,7 @@ bool holds_moved_weights(const BlockSums& sums);
 /// loads, holds what the others are divided by.
 std::size_t first_response(const BlockSums& sums);
 /// The realised spectrum of the loads, which is the correlation of layer 0: laid out as in
-/// ensemble/multiplexed_estimator.h; of moved loads their correlation by place. The response is the ratio of sums over
+/// ensemble/estimator.h; of moved loads their correlation by place. The response is the ratio of sums over
 /// blocks of the correlation and this. Throws InputError where layer 0 is not recorded.
 LayerSums load_spectrum_sums(const BlockSums& sums);
 

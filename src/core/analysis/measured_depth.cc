@@ -1,4 +1,4 @@
-#include "analysis/measured_depth.h"
+#include "analysis/transport.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "analysis/mean_response.h"
-#include "analysis/shape_diagnostics.h"
 #include "analysis/shape_fit.h"
 #include "model/lattice.h"
 

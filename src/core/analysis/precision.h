@@ -2,10 +2,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
+#include "analysis/shape_fit.h"
 
 namespace granuscope {
 /// Standard errors at which an ensemble is large enough.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis/jackknife.h"
-#include "analysis/shape_diagnostics.h"
+#include "analysis/shape_fit.h"
 #include "ensemble/ensemble_spec.h"
 #include "model/lattice.h"
 #include "sampling/sampler_spec.h"
@@ -53,9 +53,9 @@ struct DepthFit {
   Estimate width;              ///< W, bead diameters
   Estimate width_squared;      ///< W^2
   Estimate thrust_ratio;       ///< alpha_n of the contacts leaving this layer
-  Estimate peak_height;        ///< per bead diameter and unit overload, see shape_diagnostics.h
-  Estimate fitted_area;        ///< with the area left free, see shape_diagnostics.h
-  Estimate centre_background;  ///< share spread evenly between the peaks, see shape_diagnostics.h
+  Estimate peak_height;        ///< per bead diameter and unit overload, see shape_fit.h
+  Estimate fitted_area;        ///< with the area left free, see shape_fit.h
+  Estimate centre_background;  ///< share spread evenly between the peaks, see shape_fit.h
   PeakEvidence evidence;       ///< for two peaks against one; NaN where nothing was fitted
   double chi2_per_dof = 0;     ///< with the noise spectrum estimated from the ensemble
   int degrees_of_freedom = 0;
@@ -121,7 +121,7 @@ struct Transport {
   int depths_in_window = 0;
 
   std::vector<FitVariation> variations;  ///< their spread is the systematic error of c and D
-  Estimate fitted_area;                  ///< mean over the window, see shape_diagnostics.h
+  Estimate fitted_area;                  ///< mean over the window, see shape_fit.h
   Estimate centre_background;            ///< likewise
   Estimate c_beside, D_beside;           ///< slopes of x_p and W^2 beside such a background, see there
   /// chi^2 per degree of freedom of two Gaussians and with such a background, means over the window; NaN where nothing

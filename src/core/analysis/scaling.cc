@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "analysis/jackknife.h"
 #include "model/lattice.h"
 #include "support/plain_text.h"
 

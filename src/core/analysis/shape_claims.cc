@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "analysis/claims.h"
-#include "analysis/shape_diagnostics.h"
+#include "analysis/shape_fit.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -268,7 +268,7 @@ double difference_error(const Estimate& a, const Estimate& b) { return std::hypo
 /// (b - a) in its standard errors.
 double growth(const Estimate& a, const Estimate& b) { return (b.value - a.value) / difference_error(a, b); }
 
-/// Whether the fit refuses the shape at most depths of the window (shape_diagnostics.h).
+/// Whether the fit refuses the shape at most depths of the window (shape_fit.h).
 bool of_another_shape(const Transport& result, const FitSpec& fit) {
   int depths = 0, refused = 0;
   for (const DepthFit& depth : result.depths) {

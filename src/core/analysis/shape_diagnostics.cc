@@ -1,4 +1,4 @@
-#include "analysis/shape_diagnostics.h"
+#include "analysis/shape_fit.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "analysis/double_gaussian.h"
-#include "analysis/shape_fit.h"
 
 namespace granuscope {
 namespace {

@@ -7,11 +7,6 @@
 #include <limits>
 #include <span>
 
-#include "analysis/fit_spec.h"
-#include "analysis/jackknife.h"
-#include "analysis/mean_response.h"
-#include "analysis/measured_depth.h"
-#include "analysis/results.h"
 #include "analysis/scaling.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/ensemble_spec.h"

@@ -7,19 +7,15 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
-#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_estimator.h"
-#include "ensemble/multiplexed_estimator.h"
 #include "sampling/polytope.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
-#include "support/progress.h"
+#include "support/provenance.h"
 
 namespace granuscope {
 namespace {

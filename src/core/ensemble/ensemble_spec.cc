@@ -10,10 +10,9 @@
 #include <numeric>
 #include <sstream>
 
-#include "ensemble/fluctuation_estimator.h"
+#include "ensemble/estimator.h"
 #include "sampling/random_key.h"
-#include "support/error.h"
-#include "support/names.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

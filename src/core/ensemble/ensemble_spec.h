@@ -44,8 +44,8 @@ struct ResponseSpec {
   bool coupled = false;   ///< point: the piles of a group share their numbers, and their loads stand apart
   double epsilon = 0.25;  ///< share by which each top load is raised or lowered (multiplexed)
   bool opposite = false;  ///< multiplexed: each pile once more with all variations reversed, from the same numbers
-  int sign_run = 1;       ///< multiplexed: neighbouring top beads varied alike, see multiplexed_estimator.h
-  // Of the estimator fluctuation, in layers; see fluctuation_estimator.h.
+  int sign_run = 1;       ///< multiplexed: neighbouring top beads varied alike, see estimator.h
+  // Of the estimator fluctuation, in layers; see estimator.h.
   int reference_lag = 24;        ///< distance from a base to the layer that others are referred to
   int first_base = 0;            ///< shallowest base; 0: where the fluctuations are saturated
   int base_step = 6;             ///< distance of the bases
@@ -182,7 +182,7 @@ double columns_of_overloads(const EnsembleSpec& spec);
 int response_columns(const EnsembleSpec& spec);
 
 /// Whether the loads of the estimator point do not stand on the middle bead of every pile, so that its sums are
-/// "moved_weight" (point_estimator.h).
+/// "moved_weight" (estimator.h).
 bool moves_loads(const EnsembleSpec& spec);
 
 /// The random numbers that a sample of the estimator point is drawn from: those of the first one of its group if they

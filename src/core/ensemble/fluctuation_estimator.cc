@@ -1,11 +1,9 @@
-#include "ensemble/fluctuation_estimator.h"
+#include "ensemble/estimator.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
-
-#include "ensemble/estimator.h"
 
 namespace granuscope {
 namespace {

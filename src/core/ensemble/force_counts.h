@@ -1,11 +1,5 @@
 #pragma once
 #include <cstddef>
-#include <optional>
-#include <span>
-#include <vector>
-
-#include "ensemble/ensemble_spec.h"
-#include "ensemble/estimator.h"
 
 namespace granuscope {
 /// How the forces of one layer are distributed, as numbers that add up: "force_counts" counts beads and contacts in
@@ -30,19 +24,5 @@ inline constexpr std::size_t width = map + map_normals * map_mobilisations;
 /// Places in "force_moments": sums over the beads of (w - 1)^n, and over the contacts of (N - 1/sqrt 3)^n, 1/sqrt 3
 /// being N without friction, of |T| in mean weights, of |T|/(mu N), and of 1 for each that slides.
 enum class ForceMoment { w, w_2, w_3, N, N_2, N_3, tangential, mobilisation, sliding, count };
-
-/// Adds the forces of piles to the sums of one block. Of a model without contacts only its weights.
-class ForceCounts {
- public:
-  static std::vector<QuantityShape> quantities();
-  ForceCounts(const EnsembleSpec& spec, BlockSums& sums, int block);
-  /// `failures` has an entry per pile.
-  void add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) const;
-
- private:
-  double mu_;
-  const std::vector<int>& layers_;
-  BlockSlice counts_, moments_;
-};
 
 }  // namespace granuscope

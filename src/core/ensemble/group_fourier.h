@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "sampling/group_lanes.h"
+#include "sampling/pile_group.h"
 
 namespace granuscope {
 

@@ -1,4 +1,4 @@
-#include "ensemble/multiplexed_estimator.h"
+#include "ensemble/estimator.h"
 
 #include <gsl/gsl_fft_halfcomplex.h>
 #include <gsl/gsl_fft_real.h>

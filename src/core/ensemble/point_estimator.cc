@@ -1,10 +1,9 @@
-#include "ensemble/point_estimator.h"
+#include "ensemble/estimator.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
-#include "ensemble/estimator.h"
 #include "model/audit.h"
 #include "sampling/pile_group.h"
 

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/error.h"
-
 namespace granuscope {
 BeadGeometry::BeadGeometry(double degrees) {
   if (degrees == usual_angle) return;

@@ -6,10 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "model/equilibrium.h"
 #include "model/lattice.h"

@@ -2,12 +2,10 @@
 #include "sampling/granusolve_solver.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "sampling/layer_kernels.h"
 #include "sampling/pile_group.h"
-#include "sampling/random_key.h"
 #include "support/progress.h"
 
 namespace granuscope {

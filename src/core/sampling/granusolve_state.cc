@@ -9,8 +9,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "sampling/random_key.h"
-
 namespace granuscope {
 void BeadRun::include(int other, int others, int columns) {
   if (count == 0) {

@@ -6,7 +6,6 @@
 
 #include "model/equilibrium.h"
 #include "model/lattice.h"
-#include "sampling/drawn_variable.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler_spec.h"
 

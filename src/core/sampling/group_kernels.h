@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "model/lattice.h"
-#include "sampling/group_lanes.h"
 #include "sampling/pile_group.h"
 #include "sampling/random_key.h"
 

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "support/error.h"
-#include "support/names.h"
 #include "support/plain_text.h"
 
 namespace granuscope {

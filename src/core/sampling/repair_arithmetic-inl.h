@@ -9,8 +9,6 @@
 
 #include <hwy/highway.h>
 
-#include <limits>
-#include <type_traits>
 #include <utility>
 
 #include "model/equilibrium.h"

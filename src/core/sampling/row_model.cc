@@ -5,31 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 
 #include "support/error.h"
 #include "support/progress.h"
 
 namespace granuscope {
-// The models, each in a file of its own.
-std::unique_ptr<RowModel> make_q_model(const QModelSpec& spec, int columns);
-std::unique_ptr<RowModel> make_three_leg(const ThreeLegSpec& spec, int columns);
-std::unique_ptr<RowModel> make_stochastic_osl(const StochasticOslSpec& spec, int columns);
-
-std::unique_ptr<RowModel> make_row_model(const ModelSpec& model, int columns) {
-  switch (model.name) {
-    case ModelName::q_model:
-      return make_q_model(model.q_model, columns);
-    case ModelName::three_leg:
-      return make_three_leg(model.three_leg, columns);
-    case ModelName::stochastic_osl:
-      return make_stochastic_osl(model.stochastic_osl, columns);
-    case ModelName::frictional_beads:
-    case ModelName::diluted_beads:
-      break;
-  }
-  throw std::logic_error("beads are no model that hands forces down row by row");
-}
 
 RowModelSampler::RowModelSampler(const SamplerSpec& spec, const Lattice& lattice)
     : Sampler(lattice),

@@ -7,7 +7,6 @@
 
 #include "sampling/diluted_beads.h"
 #include "sampling/granusolve.h"
-#include "sampling/granusolve_group.h"
 #include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "sampling/row_model.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "model/equilibrium.h"
 #include "sampling/pile_group.h"
 #include "sampling/random_key.h"
 #include "support/progress.h"

@@ -1,9 +1,6 @@
 #include "storage/block_sums.h"
 
 #include <algorithm>
-#include <numeric>
-#include <span>
-#include <stdexcept>
 
 #include "support/files.h"
 

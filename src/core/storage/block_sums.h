@@ -66,11 +66,11 @@ class LayerSums {
 
 /// Sums of an ensemble, by block. Merging two ensembles is adding. Quantities: "weight" (w = V_R + V_L of each bead,
 /// less what beads weigh by themselves), "moved_weight" (the same, moved to the overloaded bead and less what its group
-/// shares, see ensemble/point_estimator.h), "response" (w with the overload minus w without, per unit of it),
+/// shares, see ensemble/estimator.h), "response" (w with the overload minus w without, per unit of it),
 /// "correlation" (of the loads with the weights, as a spectrum; "correlation_H" with H), "propagation" (correlations of
-/// layers, see ensemble/fluctuation_estimator.h), "thrust" (sqrt(3) sum(H_R - H_L) / sum(w) of a layer),
+/// layers, see ensemble/estimator.h), "thrust" (sqrt(3) sum(H_R - H_L) / sum(w) of a layer),
 /// "weight_variance" (mean over columns of (w/<w> - 1)^2), "redrawn" and "redrawn_below_overload" (shares of a layer's
-/// beads), "response_thrust" (see ensemble/point_estimator.h). Which ones an ensemble holds depends on its estimator.
+/// beads), "response_thrust" (see ensemble/estimator.h). Which ones an ensemble holds depends on its estimator.
 struct BlockSums {
   std::vector<int> layers;           ///< which layers are recorded, ascending
   std::vector<std::uint64_t> count;  ///< samples that entered each block

@@ -10,7 +10,6 @@
 #include "model/pile.h"
 #include "storage/block_sums.h"
 #include "storage/hdf5_file.h"
-#include "storage/hdf5_writer.h"
 
 namespace granuscope {
 /// A pile that could not be completed within the stated effort.

@@ -17,15 +17,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <memory>
 #include <new>
 #include <stdexcept>
-#include <string_view>
 #include <type_traits>
-#include <utility>
 
 #include "support/error.h"
-#include "support/files.h"
 #include "support/progress.h"
 
 namespace granuscope {

@@ -1,4 +1,4 @@
-#include "storage/hdf5_reader.h"
+#include "storage/hdf5_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

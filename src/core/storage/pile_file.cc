@@ -7,16 +7,11 @@
 #include <chrono>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <utility>
 #include <vector>
 
-#include "model/lattice.h"
 #include "storage/block_sums.h"
 #include "storage/ensemble_file.h"
-#include "storage/hdf5_file.h"
-#include "storage/hdf5_reader.h"
-#include "storage/hdf5_writer.h"
 #include "support/plain_text.h"
 
 namespace granuscope {

@@ -6,7 +6,7 @@
 
 #include "model/lattice.h"
 #include "model/pile.h"
-#include "storage/hdf5_writer.h"
+#include "storage/hdf5_file.h"
 
 namespace granuscope {
 /// Writes a pile as HDF5: float64 datasets V_R, V_L, H_R, H_L [layers, columns], load [columns]; attributes mu, law,

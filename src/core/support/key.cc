@@ -5,10 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <string_view>
-#include <type_traits>
 
-#include "support/error.h"
 #include "support/plain_text.h"
 
 namespace granuscope {

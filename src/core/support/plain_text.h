@@ -1,10 +1,14 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "support/error.h"
 
 namespace granuscope {
 /// `bytes` as valid UTF-8 that every reader of XML, HTML and JSON accepts: each malformed sequence and each control
@@ -89,5 +93,55 @@ struct LogMark {
 /// The whole multiples of powers of ten, 1 to 9 of each, from `low` > 0 to `high`; the ends count with room for
 /// rounding.
 std::vector<LogMark> log_marks_within(double low, double high);
+
+/// Every CSV file of the program: a line of names, one of units that begins with #, then rows. So pandas reads it with
+/// comment="#", numpy.loadtxt with delimiter="," and skiprows=1, numpy.genfromtxt with names=True.
+class CsvTable {
+ public:
+  /// Columns as "name: unit", "dimensionless" if they have none; names alone, and no line of units, for a table of
+  /// texts.
+  explicit CsvTable(const std::vector<std::string>& columns);
+  /// Unknown numbers are written as NaN, which gnuplot leaves out; all others in the shortest form that reads back to
+  /// the same double.
+  void add_row(const std::vector<double>& numbers);
+  void add_cells(const std::vector<std::string>& cells);
+  bool empty() const { return rows_ == 0; }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::size_t columns_;
+  std::size_t rows_ = 0;
+  std::string text_;
+};
+
+/// The names of an enumeration, as files and command lines have them.
+template <class Choice, std::size_t count>
+using Names = std::array<std::pair<Choice, const char*>, count>;
+
+template <class Choice, std::size_t count>
+std::string name_in(const Names<Choice, count>& names, Choice choice) {
+  for (const auto& [one, name] : names) {
+    if (one == choice) return name;
+  }
+  return {};
+}
+
+/// "granusolve, eloy-clement, rejection and polytope".
+template <class Choice, std::size_t count>
+std::string all_names(const Names<Choice, count>& names) {
+  std::string all;
+  for (std::size_t k = 0; k < count; ++k)
+    all += (k == 0 ? "" : k + 1 == count ? " and " : ", ") + std::string(names[k].second);
+  return all;
+}
+
+/// Throws InputError "there is no law ...", which names them all; `what`: "law".
+template <class Choice, std::size_t count>
+Choice named_in(const Names<Choice, count>& names, const std::string& wanted, const char* what) {
+  for (const auto& [one, name] : names) {
+    if (name == wanted) return one;
+  }
+  throw InputError("there is no {} \"{}\": known are {}; choose one", what, wanted, all_names(names));
+}
 
 }  // namespace granuscope

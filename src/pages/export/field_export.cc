@@ -13,7 +13,6 @@
 #include "export/vtk_file.h"
 #include "model/lattice.h"
 #include "plot/response_field.h"
-#include "support/csv.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
 

@@ -14,7 +14,6 @@
 
 #include "export/network.h"
 #include "export/vtu_file.h"
-#include "support/csv.h"
 #include "support/files.h"
 #include "support/plain_text.h"
 

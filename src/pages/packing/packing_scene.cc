@@ -12,10 +12,9 @@
 #include <vector>
 
 #include "packing/packing_statistics.h"
-#include "render/decorations.h"
 #include "render/layout.h"
 #include "render/sample_grid.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 #include "support/error.h"
 #include "support/progress.h"
 

@@ -16,7 +16,7 @@
 #include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 #include "support/files.h"

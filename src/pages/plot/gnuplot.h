@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "support/csv.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 /// Of each column of a CSV text (lines of names and units, numbers) its name if it holds no finite number, or nothing:

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "plot/gnuplot.h"
-#include "support/csv.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 

@@ -10,10 +10,10 @@
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "model/lattice.h"
-#include "render/decorations.h"
+#include "render/layout.h"
 #include "storage/ensemble_file.h"
-#include "support/csv.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 

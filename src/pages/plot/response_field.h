@@ -3,7 +3,7 @@
 
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 
 namespace granuscope {
 

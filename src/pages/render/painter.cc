@@ -9,13 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "render/decorations.h"
 #include "render/font.h"
-#include "render/gl_objects.h"
 #include "render/layout.h"
 #include "render/palette.h"
-#include "render/sample_grid.h"
-#include "render/span_painter.h"
 #include "support/error.h"
 #include "support/progress.h"
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "support/error.h"

@@ -9,14 +9,11 @@
 #include <memory>
 #include <utility>
 
-#include "model/pile.h"
 #include "render/font.h"
 #include "render/gl_context.h"
 #include "render/layout.h"
 #include "render/painter.h"
-#include "render/png_file.h"
-#include "render/scenes.h"
-#include "render/vector_file.h"
+#include "render/picture_file.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
 #include "support/plain_text.h"

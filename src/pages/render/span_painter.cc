@@ -1,4 +1,4 @@
-#include "render/span_painter.h"
+#include "render/painter.h"
 
 #include <algorithm>
 #include <array>

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "report/page_scope.h"
-#include "support/csv.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

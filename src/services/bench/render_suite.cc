@@ -1,4 +1,4 @@
-#include "bench/render_suite.h"
+#include "bench/suites.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

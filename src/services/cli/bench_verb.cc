@@ -7,10 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "bench/accuracy_suite.h"
-#include "bench/measured_with.h"
-#include "bench/render_suite.h"
-#include "bench/sampler_suite.h"
+#include "bench/suites.h"
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "plot/gnuplot.h"

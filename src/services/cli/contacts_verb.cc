@@ -18,7 +18,6 @@
 #include "packing/packing_scene.h"
 #include "packing/packing_statistics.h"
 #include "render/render_pile.h"
-#include "support/csv.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 #include "support/provenance.h"

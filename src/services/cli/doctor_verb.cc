@@ -12,7 +12,6 @@
 #include "report/clean_json.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/process.h"
 #include "support/provenance.h"

@@ -14,7 +14,6 @@
 #include "plot/response_field.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
-#include "support/names.h"
 #include "support/plain_text.h"
 #include "support/provenance.h"
 

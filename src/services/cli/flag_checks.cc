@@ -12,8 +12,8 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
 #include "support/plain_text.h"
+#include "support/provenance.h"
 
 namespace granuscope {
 CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about) {

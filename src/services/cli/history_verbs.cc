@@ -11,7 +11,7 @@
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "experiment/experiment_file.h"
-#include "history/night_page.h"
+#include "history/night_book.h"
 #include "history/nightly.h"
 #include "support/error.h"
 

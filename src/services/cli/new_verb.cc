@@ -15,9 +15,9 @@
 #include "plot/gnuplot.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
+#include "support/provenance.h"
 
 namespace granuscope {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "plot/plot_texts.h"
-#include "render/decorations.h"
 #include "render/font.h"
+#include "render/layout.h"
 #include "render/render_pile.h"
 #include "support/error.h"
 #include "support/files.h"

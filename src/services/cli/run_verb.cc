@@ -21,9 +21,9 @@
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
+#include "support/provenance.h"
 #include "support/templates.h"
 
 namespace granuscope {

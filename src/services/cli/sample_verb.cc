@@ -24,10 +24,9 @@
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
-#include "support/csv.h"
-#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
+#include "support/provenance.h"
 
 namespace granuscope {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis/double_gaussian.h"
-#include "ensemble/fluctuation_estimator.h"
+#include "ensemble/estimator.h"
 
 namespace granuscope {
 namespace {

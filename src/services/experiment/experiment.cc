@@ -17,7 +17,7 @@
 #include "experiment/experiment_keys.h"
 #include "render/layout.h"
 #include "render/palette.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 #include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"

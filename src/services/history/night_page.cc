@@ -1,4 +1,4 @@
-#include "history/night_page.h"
+#include "history/night_book.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,7 +14,6 @@
 #include "pipeline/run_folder.h"
 #include "report/clean_json.h"
 #include "report/page_scope.h"
-#include "support/csv.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"

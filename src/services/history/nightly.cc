@@ -10,13 +10,11 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "analysis/analyse.h"
+#include "analysis/claims.h"
 #include "experiment/experiment_file.h"
 #include "history/comparison.h"
-#include "history/night_page.h"
-#include "history/run_record.h"
-#include "pipeline/ensemble_stage.h"
 #include "pipeline/run_folder.h"
+#include "pipeline/sample_stage.h"
 #include "plot/gnuplot.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <memory>
 #include <mutex>
 #include <system_error>
 #include <utility>
@@ -16,7 +15,7 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
+#include "support/provenance.h"
 
 namespace granuscope {
 namespace fs = std::filesystem;

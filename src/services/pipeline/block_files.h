@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipeline/ensemble_stage.h"
+#include "pipeline/sample_stage.h"
 
 namespace granuscope {
 /// The blocks of one ensemble as files of their own, in a folder beside the place of the whole:

@@ -1,4 +1,4 @@
-#include "pipeline/picture_stage.h"
+#include "pipeline/pipeline.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 #include "plot/response_field.h"
 #include "render/gl_context.h"
 #include "render/render_pile.h"
-#include "render/scenes.h"
+#include "render/scene.h"
 #include "report/touched_pile.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
@@ -197,9 +197,6 @@ class PilePictures {
   std::vector<std::pair<std::string, std::string>> not_kept_;
 };
 
-}  // namespace
-
-namespace {
 
 /// The picture of a model: there are no contacts of beads to be shown.
 PictureOutcome render_weights_of_model(const Experiment& experiment, const std::filesystem::path& run_folder) {

@@ -9,19 +9,14 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 
-#include "analysis/analyse.h"
 #include "analysis/claims.h"
 #include "experiment/experiment_file.h"
-#include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
 #include "pipeline/sample_stage.h"
 #include "pipeline/shards.h"
-#include "pipeline/stage.h"
 #include "plot/bead_forces.h"
 #include "plot/depth_figures.h"
-#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/main_finding.h"
 #include "plot/power_law_panel.h"
@@ -30,7 +25,6 @@
 #include "report/run_files.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/process.h"
 #include "support/templates.h"

@@ -1,18 +1,59 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/results.h"
 #include "ensemble/ensemble_spec.h"
 #include "experiment/experiment.h"
-#include "pipeline/stage.h"
+#include "model/pile.h"
 #include "plot/figure_captions.h"
+#include "render/scene.h"
 #include "report/report.h"
+#include "report/report_data.h"
 #include "support/progress.h"
+#include "support/provenance.h"
 
 namespace granuscope {
+/// The stages of a run and what each needs: analyse needs sample, plot needs analyse, report needs analyse, plot and
+/// render.
+enum class Stage {
+  sample,   ///< ensembles/*.h5
+  analyse,  ///< fits, slopes, exponents, claims (kept in memory)
+  render,   ///< piles/*.h5 and figures/force-chains.png
+  plot,     ///< figures/*.svg, *.pdf with scripts and data
+  report,   ///< summary.json, claims.xml, summary.md, report.html, report.pdf
+};
+
+std::string name_of(Stage stage);
+std::set<std::string> names_of(const std::set<Stage>& stages);
+/// Throws InputError naming the stages.
+Stage stage_named(const std::string& name);
+
+/// The stages asked for with all that they need; everything if none is asked for.
+std::set<Stage> stages_needed(const std::vector<Stage>& asked_for);
+
+/// Does a piece of work and adds its wall time to the line of a stage; a new line if there is none. Throws Interrupted
+/// instead if that was asked for.
+template <typename Work>
+void timed(std::vector<StageTiming>& timings, const std::string& stage, Work work) {
+  throw_if_interrupted();
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  for (StageTiming& timing : timings) {
+    if (timing.stage == stage) {
+      timing.seconds += elapsed.count();
+      return;
+    }
+  }
+  timings.push_back({stage, elapsed.count(), false});
+}
+
 class Crew;
 
 /// How an experiment is run; nothing here changes a number.
@@ -79,5 +120,37 @@ RunResult run_experiment(const Experiment& experiment, const RunOptions& options
 /// others have not, in `left_out`. The analysis must outlive them.
 std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis,
                                      std::vector<std::string>* left_out = nullptr);
+
+/// A rendered picture as a figure of the report, and what is to be said about how it was made.
+struct PictureOutcome {
+  Figure figure;
+  std::vector<std::pair<std::string, std::string>> environment;    ///< GL backend, why it was chosen, renderer
+  std::vector<std::string> checks;                                 ///< how the pile's audit came out
+  std::vector<std::string> skipped;                                ///< what was left out of the picture, counted
+  std::vector<std::pair<std::string, std::string>> not_kept = {};  ///< files beside it that could not be written, why
+};
+
+/// The pile of the pictures as an ensemble of its own, at any friction coefficient, so that its load and the command
+/// that draws it again are written once.
+EnsembleSpec pile_spec(const Experiment& experiment, double mu);
+/// Whether a picture compares that pile with the one under a uniform load.
+bool needs_pair(const Experiment& experiment);
+
+/// The pile of the force-chain picture (size, load, seed and sample), at any friction coefficient.
+/// Throws InputError if it could not be completed.
+Pile pile_for_figures(const Experiment& experiment, double mu);
+
+/// Throws EnvironmentError if OpenGL is asked for by name for the pictures and cannot be started.
+void require_backend(const ForceChainSpec& chains);
+
+/// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for
+/// the weights of its beads and how they change with the overload. A picture that could not be rendered says why
+/// (Figure::failure). Throws InputError if the pile could not be completed.
+std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
+                                                 const Provenance& provenance);
+
+/// The picture of a response_field (figures/response-field.png).
+PictureOutcome render_response_field(const Experiment& experiment, Field field, const Transport& transport,
+                                     const std::filesystem::path& run_folder, const Provenance& provenance);
 
 }  // namespace granuscope

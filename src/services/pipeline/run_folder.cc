@@ -15,7 +15,6 @@
 #include "experiment/experiment_file.h"
 #include "report/run_files.h"
 #include "support/error.h"
-#include "support/files.h"
 
 namespace granuscope {
 namespace fs = std::filesystem;

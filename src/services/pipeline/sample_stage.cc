@@ -1,20 +1,436 @@
 #include "pipeline/sample_stage.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cerrno>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numeric>
 #include <sstream>
+#include <system_error>
 
 #include "ensemble/estimator.h"
+#include "pipeline/block_files.h"
 #include "pipeline/shards.h"
-#include "pipeline/stage.h"
 #include "storage/ensemble_file.h"
+#include "support/error.h"
+#include "support/files.h"
 #include "support/plain_text.h"
 #include "support/templates.h"
 
 namespace granuscope {
+namespace {
+
+/// Lines "key=value" of a configuration text.
+std::map<std::string, std::string> settings_of(const std::string& configuration) {
+  std::map<std::string, std::string> settings;
+  std::istringstream lines(configuration);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t equals = line.find('=');
+    if (equals != std::string::npos) settings[line.substr(0, equals)] = line.substr(equals + 1);
+  }
+  return settings;
+}
+
+}  // namespace
+
+std::uint64_t count_in(const std::string& configuration, const std::string& key) {
+  return std::strtoull(settings_of(configuration)[key].c_str(), nullptr, 10);
+}
+
+std::string describe_difference(const std::string& there, const std::string& wanted) {
+  constexpr std::size_t most_shown = 3;
+  const std::map<std::string, std::string> before = settings_of(there), after = settings_of(wanted);
+  std::vector<std::string> differences;
+  for (const auto& [key, value] : after) {
+    const auto old = before.find(key);
+    if (old == before.end()) {
+      differences.push_back(fmt::format("{} = {} is new", key, single_line(value, 40)));
+    } else if (old->second != value) {
+      differences.push_back(
+          fmt::format("{} = {} where {} is there", key, single_line(value, 40), single_line(old->second, 40)));
+    }
+  }
+  for (const auto& [key, value] : before) {
+    if (!after.contains(key)) differences.push_back(fmt::format("{} = {} is there only", key, single_line(value, 40)));
+  }
+  const bool more = differences.size() > most_shown;
+  if (more) differences.resize(most_shown);
+  return fmt::format("{}{}", fmt::join(differences, ", "), more ? ", and more" : "");
+}
+
+namespace {
+
+bool only_more_samples(const std::string& there, const std::string& wanted) {
+  std::map<std::string, std::string> before = settings_of(there), after = settings_of(wanted);
+  before["samples"] = after["samples"];
+  return before == after && count_in(there, "samples") < count_in(wanted, "samples");
+}
+
+}  // namespace
+
+std::uint64_t round_of(const EnsembleSpec& spec) {
+  return group_size * static_cast<std::uint64_t>(spec.response.blocks);
+}
+
+SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progress) {
+  const SamplerSpec& sampler = planned.spec.sampler;
+  const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
+  if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
+  log_line(progress, "sampling {}: measuring how many sweeps its chains need", planned.label);
+  const SamplerSpec measured = measured_sampler(planned.spec);
+  log_line(progress, "sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
+           measured.burn_in, measured.thinning);
+  return measured;
+}
+
+void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t done, EnsembleRecord& record,
+                    int threads, Progress* progress, const PartPolicy& parts,
+                    const std::function<void(std::uint64_t groups)>& keep) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  const std::uint64_t all = groups_of(spec);
+  auto kept = Clock::now();
+  // What a group costs depends on the law: pieces grow until they take as long as they should.
+  std::uint64_t per_piece = static_cast<std::uint64_t>(spec.response.blocks);
+  const std::uint64_t done_at_start = done;
+  while (done < all) {
+    const std::uint64_t to = std::min(all, done + per_piece);
+    const auto start = Clock::now();
+    const EnsembleRecord before = record;  // what an interruption leaves of it is of no use
+    try {
+      add_groups(spec, measured, done, to, record, threads, progress);
+    } catch (const Interrupted&) {
+      record = before;
+      if (done > done_at_start) keep(done);
+      throw;
+    }
+    done = to;
+    if (seconds_since(start) < parts.look) per_piece *= 2;
+    if (done == all || seconds_since(kept) < parts.seconds) continue;
+    keep(done);
+    kept = Clock::now();
+  }
+}
+
+namespace {
+
+/// The configuration of an ensemble of which the first groups are drawn.
+std::string part_configuration(const EnsembleSpec& spec, std::uint64_t groups) {
+  return fmt::format("{}groups_drawn={}\n", configuration_text(spec), groups);
+}
+
+/// Whether a file is in the run's folder; none is where no folder is named. One that cannot even be opened may be whole
+/// all the same, and is not to be drawn again and replaced like a damaged one: then EnvironmentError.
+bool is_there(const std::filesystem::path& run_folder, const std::filesystem::path& relative) {
+  if (run_folder.empty()) return false;
+  const std::filesystem::path file = run_folder / relative;
+  const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (opened.valid()) return true;
+  if (errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG) return false;  // then writing it says so
+  throw EnvironmentError(
+      "cannot open '{}', which may hold finished work that drawing it again would replace: {} Or remove it.",
+      file.string(), system_reason(errno));
+}
+
+/// How many groups the run's folder holds of this ensemble; 0 where there is no part of it.
+std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  if (!is_there(run_folder, part_file(planned))) return 0;
+  const std::filesystem::path file = run_folder / part_file(planned);
+  try {
+    const std::string there = read_ensemble_configuration(file);
+    const std::uint64_t groups = count_in(there, "groups_drawn");
+    const bool usable = groups < groups_of(planned.spec) && there == part_configuration(planned.spec, groups);
+    return usable ? groups : 0;
+  } catch (const InputError&) {
+    return 0;  // damaged or foreign
+  }
+}
+
+/// The beginning that an earlier run or a smaller ensemble left, or nothing drawn yet; the first `groups` are in it.
+EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesystem::path& run_folder,
+                            std::uint64_t& groups) {
+  EnsembleRecord nothing = begin_ensemble(planned.spec);
+  const auto go_on_from = [&](EnsembleRecord begun, std::uint64_t with_groups) {
+    begun.configuration = nothing.configuration;
+    begun.configuration_key = nothing.configuration_key;
+    groups = with_groups;
+    return begun;
+  };
+  if (planned.begun > 0) {
+    try {
+      EnsembleRecord begun = read_ensemble(run_folder / part_file(planned));
+      require_shape(run_folder / part_file(planned), begun, planned.spec, 0, planned.spec.response.blocks);
+      return go_on_from(std::move(begun), planned.begun);
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): the plan read no further than the configuration
+    }
+  }
+  if (planned.smaller == nullptr) return nothing;
+  EnsembleRecord smaller = *planned.smaller;
+  smaller.sums = in_memory(smaller.sums);
+  return go_on_from(std::move(smaller), samples_begun(*planned.smaller) / group_size);
+}
+
+/// Whether an ensemble is drawn in memory, all of its blocks at once, and not a block for each thread. There it takes
+/// this three times: what there is, what a stop would go back to, what is being written.
+bool fits_in_memory(const EnsembleSpec& spec) {
+  constexpr double most_bytes = 16e6;
+  const BlockSums shapes = begin_blocks(spec, 0, 0).sums;
+  double numbers = 0;
+  for (const auto& [name, quantity] : shapes.quantities) numbers += quantity.width;
+  return 8.0 * numbers * static_cast<double>(shapes.layers.size()) * spec.response.blocks <= most_bytes;
+}
+
+/// Draws what is missing of the ensemble, keeping what there is now and then.
+EnsembleRecord draw_whole(const PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                          ProgressStyle progress, const PartPolicy& parts) {
+  const EnsembleSpec& spec = planned.spec;
+  std::uint64_t done = 0;
+  EnsembleRecord record = beginning_of(planned, run_folder, done);
+  const std::uint64_t there = std::min(spec.response.samples, done * group_size);
+  if (done > 0) log_line(progress, "sampling {}: going on after {} piles", planned.label, there);
+  const SamplerSpec sampler = measure_sampler(planned, progress);
+  Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
+  draw_in_pieces(spec, sampler, done, record, threads, &shown, parts, [&](std::uint64_t groups) {
+    EnsembleRecord part = record;
+    part.configuration = part_configuration(spec, groups);
+    part.configuration_key = cache_key(part.configuration);
+    write_ensemble(run_folder / part_file(planned), part);
+  });
+  shown.finish();
+  return record;
+}
+
+}  // namespace
+
+std::uint64_t samples_begun(const EnsembleRecord& record) {
+  return std::accumulate(record.sums.count.begin(), record.sums.count.end(),
+                         static_cast<std::uint64_t>(record.failed.size()));
+}
+
+std::uint64_t samples_there(const PlannedEnsemble& planned) {
+  const std::uint64_t smaller = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
+  return std::min(planned.spec.response.samples, std::max(smaller, planned.begun * group_size));
+}
+
+std::filesystem::path part_file(const PlannedEnsemble& planned) {
+  std::filesystem::path file = planned.file;
+  return file.replace_extension(".part.h5");
+}
+
+void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  planned.reusable = false;
+  planned.replaces.clear();
+  planned.begun = groups_begun(planned, run_folder);
+  planned.blocks_there = BlockFiles(planned, run_folder).count();
+  if (!is_there(run_folder, planned.file)) return;
+  const std::filesystem::path file = run_folder / planned.file;
+  try {
+    const std::string there = read_ensemble_configuration(file);
+    const std::string wanted = configuration_text(planned.spec) + planned.notes;
+    planned.reusable = there == wanted;
+    if (!planned.reusable) planned.replaces = "it is of another experiment: " + describe_difference(there, wanted);
+    if (!planned.reusable && only_more_samples(there, wanted)) {
+      planned.replaces +=
+          fmt::format(" (piles are drawn {0} at a time: only from a multiple of {0} more go on)", group_size);
+    }
+  } catch (const InputError& damage) {
+    planned.replaces = damage.what();  // damaged or foreign
+  }
+}
+
+namespace {
+
+/// What the stored configuration of a growing ensemble says beside its spec: from where it grew, and towards what.
+std::string growth_notes(std::uint64_t first_samples, const PrecisionSpec& asked) {
+  return fmt::format("first_samples={}\nprecision_c={}\nprecision_D={}\n", first_samples, exact(asked.c),
+                     exact(asked.D));
+}
+
+/// A growing ensemble goes on from a smaller or equally demanding one of the same first size: where that one was looked
+/// at and found wanting, this one would have been, too. Then `planned` becomes what is there.
+void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, const std::filesystem::path& run_folder) {
+  if (planned.reusable || !is_there(run_folder, planned.file)) return;
+  const std::filesystem::path file = run_folder / planned.file;
+  try {
+    const std::map<std::string, std::string> there = settings_of(read_ensemble_configuration(file));
+    const auto number = [&](const char* key) {
+      const auto found = there.find(key);
+      const double value = found == there.end() ? 0 : std::strtod(found->second.c_str(), nullptr);
+      return value > 0 ? value : std::numeric_limits<double>::infinity();
+    };
+    PrecisionSpec towards = asked;
+    towards.c = std::isinf(number("precision_c")) ? 0 : number("precision_c");
+    towards.D = std::isinf(number("precision_D")) ? 0 : number("precision_D");
+    const bool no_less_demanding =
+        (asked.c > 0 ? asked.c : std::numeric_limits<double>::infinity()) <= number("precision_c") &&
+        (asked.D > 0 ? asked.D : std::numeric_limits<double>::infinity()) <= number("precision_D");
+    if (!no_less_demanding) return;
+    for (std::uint64_t rounds = planned.grows_from / round_of(planned.spec);
+         rounds * round_of(planned.spec) <= asked.most_samples; rounds = next_size(rounds)) {
+      PlannedEnsemble candidate = planned;
+      candidate.spec.response.samples = rounds * round_of(planned.spec);
+      if (static_cast<double>(candidate.spec.response.samples) != number("samples")) continue;
+      candidate.notes = growth_notes(planned.grows_from, towards);
+      look_for(candidate, run_folder);
+      if (candidate.reusable) planned = candidate;
+    }
+  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
+  }
+}
+
+/// An ensemble goes on from one of fewer samples, in whole groups, that is the same otherwise.
+void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  if (planned.reusable || !is_there(run_folder, planned.file)) return;
+  try {
+    const std::uint64_t samples = count_in(read_ensemble_configuration(run_folder / planned.file), "samples");
+    if (samples == 0 || samples >= planned.spec.response.samples || samples % group_size != 0) return;
+    PlannedEnsemble beginning = planned;
+    beginning.spec.response.samples = samples;
+    look_for(beginning, run_folder);
+    std::optional<MeasuredEnsemble> found = reuse_ensemble(beginning, run_folder);
+    if (!found) return;
+    planned.smaller = std::make_shared<const EnsembleRecord>(std::move(found->record));
+    planned.groups_before = samples / group_size;
+    planned.replaces.clear();
+  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
+  }
+}
+
+}  // namespace
+
+bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
+          const std::filesystem::path& run_folder) {
+  const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.response.samples / round);
+  if (next > asked.most_samples) return false;
+  planned.groups_before = planned.spec.response.samples / group_size;
+  planned.spec.response.samples = next;
+  planned.notes = growth_notes(planned.grows_from, asked);
+  planned.begun = groups_begun(planned, run_folder);
+  planned.blocks_there = BlockFiles(planned, run_folder).count();
+  planned.smaller = std::make_shared<const EnsembleRecord>(std::move(record));
+  planned.reusable = false;
+  planned.replaces.clear();
+  return true;
+}
+
+std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed) {
+  const std::uint64_t round = round_of(planned.spec);
+  return round * expected_size(planned.spec.response.samples / round, samples_needed / static_cast<double>(round),
+                               asked.most_samples / round);
+}
+
+std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
+  std::vector<PlannedEnsemble> planned;
+  const ScanParameter& scan = experiment.scanned();
+  for (const double value : experiment.scan_values()) {
+    PlannedEnsemble ensemble;
+    EnsembleSpec& spec = ensemble.spec;
+    spec = experiment.main_ensemble(value);
+    const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.response.blocks) * group_size;
+    const bool frictionless = spec.sampler.model.has_contacts() && spec.sampler.mu == 0;
+    if (frictionless) spec.response.samples = std::min(spec.response.samples, one_group_each);
+    ensemble.file = std::filesystem::path("ensembles") / (scan.file_part(spec.sampler) + ".h5");
+    ensemble.label = fmt::format("{} = {}", scan.name, value);
+    if (!frictionless && experiment.precision.asked()) {
+      spec.response.samples = (spec.response.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
+      ensemble.grows_from = spec.response.samples;
+      ensemble.notes = growth_notes(spec.response.samples, experiment.precision);
+    }
+    look_for(ensemble, run_folder);
+    if (ensemble.grows_from > 0) {
+      look_for_smaller(ensemble, experiment.precision, run_folder);
+    } else {
+      look_for_beginning(ensemble, run_folder);
+    }
+    planned.push_back(std::move(ensemble));
+  }
+  return planned;
+}
+
+PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem::path& run_folder) {
+  PlannedEnsemble planned;
+  planned.label = asked.label;
+  planned.spec = asked.spec;
+  planned.file = std::filesystem::path("ensembles") / (asked.file + ".h5");
+  look_for(planned, run_folder);
+  look_for_beginning(planned, run_folder);
+  return planned;
+}
+
+std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  if (!planned.reusable) return std::nullopt;
+  try {
+    MeasuredEnsemble there{planned.spec, open_ensemble(run_folder / planned.file)};
+    require_shape(run_folder / planned.file, there.record, planned.spec, 0, planned.spec.response.blocks);
+    return there;
+  } catch (const InputError& damage) {
+    // The plan read no further than the configuration.
+    planned.reusable = false;
+    planned.replaces = damage.what();
+    return std::nullopt;
+  }
+}
+
+namespace {
+
+/// Removes what stops have left of an ensemble that is whole, but not what they have drawn of the next size of a
+/// growing one.
+void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  const auto goes_on = [&](const std::filesystem::path& file) {
+    if (planned.grows_from == 0) return false;
+    try {
+      return count_in(read_ensemble_configuration(file), "samples") > planned.spec.response.samples;
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  std::error_code ignored;
+  const std::filesystem::path part = run_folder / part_file(planned);
+  if (std::filesystem::exists(part, ignored) && !goes_on(part)) std::filesystem::remove(part, ignored);
+  const BlockFiles blocks(planned, run_folder);
+  for (const std::filesystem::path& file : blocks.there()) {
+    if (goes_on(file)) return;
+  }
+  blocks.remove();
+}
+
+}  // namespace
+
+MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                                 ProgressStyle progress, const PartPolicy& parts) {
+  if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
+    log_line(progress, "sampling {}: {} piles already there", planned.label, planned.spec.response.samples);
+    forget_unfinished(planned, run_folder);
+    return *std::move(there);
+  }
+  const std::filesystem::path file = run_folder / planned.file;
+  if (!planned.replaces.empty()) {
+    log_line(progress, "sampling {}: {} is drawn again and replaced once the new one is whole: {}", planned.label,
+             planned.file.string(), planned.replaces);
+  }
+  // What would be lost in the end is missed before anything is drawn.
+  make_folder(file.parent_path());
+  require_writable(file);
+  if (planned.blocks_there > 0 || (planned.begun == 0 && !fits_in_memory(planned.spec))) {
+    BlockFiles(planned, run_folder).complete(threads, progress, parts);
+    forget_unfinished(planned, run_folder);
+    return {planned.spec, open_ensemble(file)};
+  }
+  MeasuredEnsemble drawn{planned.spec, draw_whole(planned, run_folder, threads, progress, parts)};
+  drawn.record.configuration += planned.notes;
+  drawn.record.configuration_key = cache_key(drawn.record.configuration);
+  write_ensemble(file, drawn.record);
+  forget_unfinished(planned, run_folder);
+  return drawn;
+}
+
 void SampleStage::draw_by_crew(const std::vector<PlannedEnsemble>& ensembles) {
   if (options_.crew == nullptr) return;
   options_.crew->draw(experiment_, options_, ensembles);

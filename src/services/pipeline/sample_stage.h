@@ -4,21 +4,101 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "analysis/precision.h"
-#include "analysis/transport.h"
+#include "ensemble/ensemble_runner.h"
 #include "experiment/experiment.h"
 #include "model/pile.h"
-#include "pipeline/ensemble_stage.h"
 #include "pipeline/pipeline.h"
 #include "report/report_data.h"
 #include "sampling/sampler_spec.h"
 #include "support/progress.h"
 
 namespace granuscope {
+
+/// One ensemble: what it is, what for, and where it is kept.
+struct PlannedEnsemble {
+  std::string label;  ///< "mu = 0.3", in messages and timings
+  EnsembleSpec spec;
+  std::filesystem::path file;    ///< relative to the run's folder
+  bool reusable = false;         ///< the file is there and holds exactly this ensemble
+  std::string replaces = {};     ///< why a file that is there cannot be used: it will be replaced
+  std::uint64_t grows_from = 0;  ///< 0: fixed; else the samples from which it grows until [precision] is reached
+  std::string notes = {};        ///< lines of the stored configuration beside those of the spec
+  std::shared_ptr<const EnsembleRecord> smaller = {};  ///< the beginning of this ensemble, to go on from
+  std::uint64_t begun = 0;          ///< groups that a run that was stopped has left behind (part_file)
+  std::uint64_t groups_before = 0;  ///< groups in `smaller`
+  int blocks_there = 0;             ///< files of single blocks that shards have left (block_files.h)
+};
+
+/// Samples of an ensemble that are drawn, those that failed included.
+std::uint64_t samples_begun(const EnsembleRecord& record);
+
+/// Samples of it that need not be drawn again: those of a smaller one, or of a run that was stopped.
+std::uint64_t samples_there(const PlannedEnsemble& planned);
+
+/// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
+std::filesystem::path part_file(const PlannedEnsemble& planned);
+
+/// The count in the line "key=count" of a configuration text; 0 if there is none.
+std::uint64_t count_in(const std::string& configuration, const std::string& key);
+
+/// The first settings in which two configurations differ: "seed = 2 where 1 is there, samples = ...".
+std::string describe_difference(const std::string& there, const std::string& wanted);
+
+/// Samples in one group of each block.
+std::uint64_t round_of(const EnsembleSpec& spec);
+
+/// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace; no folder
+/// (an empty path) holds nothing. Throws EnvironmentError if a file that may be it cannot be opened.
+void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
+
+/// The size, one of the steps from that of `planned` on, at which samples_needed are there, or the last one allowed.
+std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed);
+
+/// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
+/// group of samples for each block is enough. Only the layers that the fits and figures need are recorded. Where a
+/// precision is asked for, an ensemble begins with response.samples, or with what the folder holds of it already.
+std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
+
+/// One of the ensembles of a study.
+PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem::path& run_folder);
+
+/// When an ensemble that is being drawn is kept beside its place; nothing here changes a number.
+struct PartPolicy {
+  double seconds = 20;  ///< at least from one part to the next
+  double look = 1;      ///< seconds of drawing between two looks at the clock: long against starting threads
+};
+
+/// Draws groups `done` .. and all further ones of what `record` holds; `keep` is handed what is there now and then.
+void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t done, EnsembleRecord& record,
+                    int threads, Progress* progress, const PartPolicy& parts,
+                    const std::function<void(std::uint64_t groups)>& keep);
+
+/// The sampler of the ensemble; what has to be measured first may take minutes, and is told.
+SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progress);
+
+/// Reads the ensemble if it can be reused, and draws nothing. One that turns out to be damaged is none, and
+/// planned.reusable becomes false.
+std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
+
+/// Reads the ensemble if it can be reused, otherwise draws it and keeps it: a finished ensemble survives whatever
+/// happens later, and the next run goes on from there. What is drawn of an unfinished one is kept
+/// now and then (part_file) and continued by the next run, with the same bytes. One that turns out to be damaged is
+/// drawn again, and planned.reusable becomes false.
+MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                                 ProgressStyle progress, const PartPolicy& parts = {});
+
+/// Makes of a growing ensemble the next larger one, which goes on from `record`. False, and unchanged, if that would
+/// exceed precision.most_samples.
+bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
+          const std::filesystem::path& run_folder);
+
 /// Obtains the ensembles of one run, one after the other, and keeps account of it in the data of the report.
 class SampleStage {
  public:

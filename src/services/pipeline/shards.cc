@@ -17,13 +17,11 @@
 
 #include "ensemble/estimator.h"
 #include "experiment/experiment_file.h"
-#include "pipeline/block_files.h"
 #include "pipeline/run_folder.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
-#include "support/progress.h"
 
 namespace granuscope {
 namespace fs = std::filesystem;

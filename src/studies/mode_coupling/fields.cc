@@ -5,17 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <numbers>
 #include <utility>
 
-#include "analysis/jackknife.h"
-#include "analysis/mean_response.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/multiplexed_estimator.h"
+#include "ensemble/estimator.h"
 #include "model/lattice.h"
 #include "sampling/sampler.h"
-#include "studies/mode_coupling/sound_form.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -1,4 +1,4 @@
-#include "studies/mode_coupling/sound_form.h"
+#include "studies/mode_coupling/fields.h"
 
 #include <gsl/gsl_sf_airy.h>
 #include <algorithm>

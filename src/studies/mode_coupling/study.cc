@@ -5,11 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 
 #include "analysis/claims.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
@@ -17,7 +15,6 @@
 #include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/mode_coupling/fields.h"
-#include "studies/mode_coupling/sound_form.h"
 #include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"

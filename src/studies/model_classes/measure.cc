@@ -1,4 +1,4 @@
-#include "studies/model_classes/measure.h"
+#include "studies/model_classes/results.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,6 @@
 #include "studies/model_classes/results.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +10,10 @@
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/bead_forces.h"
-#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/growing_panel.h"
 #include "plot/plot.h"
 #include "report/clean_json.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

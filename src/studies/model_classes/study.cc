@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "analysis/double_gaussian.h"
-#include "ensemble/fluctuation_estimator.h"
+#include "ensemble/estimator.h"
 #include "model/lattice.h"
 #include "studies/model_classes/results.h"
 #include "studies/study.h"

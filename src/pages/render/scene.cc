@@ -1,19 +1,14 @@
-#include "render/scenes.h"
+#include "render/scene.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
-#include <vector>
 
 #include "model/lattice.h"
-#include "render/decorations.h"
 #include "render/layout.h"
-#include "render/palette.h"
 #include "render/sample_grid.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
