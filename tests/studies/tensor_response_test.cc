@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/fluctuation_estimator.h"
+#include "ensemble/estimator.h"
 #include "kit/temporary_folder.h"
 #include "model/lattice.h"
 #include "model/pile.h"

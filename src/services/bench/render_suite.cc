@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -54,22 +52,15 @@ void draw_and_write(const RenderCase& picture, const std::filesystem::path& file
 
 /// In a process of its own: what a process keeps of a large pile would count as memory of the pictures that it starts.
 void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
-  const pid_t child = ::fork();
-  if (child < 0) throw EnvironmentError("no child process can be started; try again");
-  if (child == 0) {
-    int status = 0;
+  const OwnProcess made = in_own_process([&] {
     try {
       draw_and_write(picture, file);
     } catch (const std::exception& error) {
       fmt::print(stderr, "{}\n", error.what());
-      status = 1;
-    } catch (...) {
-      status = 1;
+      throw;
     }
-    ::_exit(status);
-  }
-  int status = 0;
-  if (::waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  });
+  if (!made.done) {
     throw EnvironmentError("a pile of {} x {} beads could not be made in {}; see whether there is memory and space",
                            picture.columns, picture.layers, file.parent_path().string());
   }
@@ -90,32 +81,20 @@ RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& p
   timing.picture = picture;
   std::array<int, 2> ends{};
   if (::pipe(ends.data()) != 0) throw EnvironmentError("no pipe to a child process can be made; try again");
-  const pid_t child = ::fork();
-  if (child < 0) throw EnvironmentError("no child process can be started; try again");
-  if (child == 0) {
-    ChildNumbers numbers;
-    int status = 0;
-    try {
-      const auto start = std::chrono::steady_clock::now();
-      const SceneStatistics statistics = render_pile_file({pile, {}, image}, picture.spec);
-      numbers.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      numbers.counts = statistics.counts;
-      numbers.steps = statistics.seconds;
-      statistics.renderer.copy(numbers.renderer, sizeof numbers.renderer - 1);
-    } catch (const std::exception&) {
-      status = 1;
-    }
-    if (::write(ends[1], &numbers, sizeof numbers) != static_cast<ssize_t>(sizeof numbers)) status = 1;
-    ::_exit(status);
-  }
-  ::close(ends[1]);
   ChildNumbers numbers;
-  const ssize_t got = ::read(ends[0], &numbers, sizeof numbers);
+  const OwnProcess rendering = in_own_process([&] {
+    const auto start = std::chrono::steady_clock::now();
+    const SceneStatistics statistics = render_pile_file({pile, {}, image}, picture.spec);
+    numbers.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    numbers.counts = statistics.counts;
+    numbers.steps = statistics.seconds;
+    statistics.renderer.copy(numbers.renderer, sizeof numbers.renderer - 1);
+    if (::write(ends[1], &numbers, sizeof numbers) != sizeof numbers) throw EnvironmentError("the pipe is closed");
+  });
+  ::close(ends[1]);
+  const ssize_t got = ::read(ends[0], &numbers, sizeof numbers);  // a pipe holds that much
   ::close(ends[0]);
-  int status = 0;
-  rusage used{};
-  ::wait4(child, &status, 0, &used);
-  if (got != static_cast<ssize_t>(sizeof numbers) || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  if (!rendering.done || got != sizeof numbers) {
     timing.failure = "the picture could not be rendered; do it with granuscope render to see why";
     return timing;
   }
@@ -123,7 +102,7 @@ RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& p
   timing.statistics.counts = numbers.counts;
   timing.statistics.seconds = numbers.steps;
   timing.statistics.renderer = numbers.renderer;
-  timing.peak_bytes = static_cast<std::uint64_t>(used.ru_maxrss) * 1024;
+  timing.peak_bytes = static_cast<std::uint64_t>(rendering.peak_bytes);
   timing.image_bytes = std::filesystem::file_size(image);
   return timing;
 }

@@ -37,6 +37,23 @@ std::string with_measured_with(const std::string& suite_json) {
   return text.insert(text.find('{') + 1, "\n  \"measured\": " + measured.dump() + ",");
 }
 
+OwnProcess in_own_process(const std::function<void()>& work) {
+  const pid_t child = ::fork();
+  if (child < 0) throw EnvironmentError("no child process can be started; try again");
+  if (child == 0) {
+    try {
+      work();
+    } catch (...) {
+      ::_exit(1);
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  rusage used{};
+  const bool ended = ::wait4(child, &status, 0, &used) == child && WIFEXITED(status);
+  return {ended && WEXITSTATUS(status) == 0, static_cast<double>(used.ru_maxrss) * 1024};
+}
+
 EnsembleMemory measure_ensemble_memory(int threads) {
   EnsembleSpec spec;
   spec.sampler.mu = 0.1;
@@ -44,24 +61,11 @@ EnsembleMemory measure_ensemble_memory(int threads) {
   spec.response.samples = 3461;
   spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
   std::iota(spec.layers.begin(), spec.layers.end(), 0);
-  const pid_t child = ::fork();
-  if (child < 0) throw EnvironmentError("no child process can be started; try again");
-  if (child == 0) {
-    int status = 0;
-    try {
-      run_ensemble(spec, threads, nullptr);
-    } catch (const std::exception&) {
-      status = 1;
-    }
-    ::_exit(status);
-  }
-  int status = 0;
-  rusage used{};
-  ::wait4(child, &status, 0, &used);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  const OwnProcess drawing = in_own_process([&] { run_ensemble(spec, threads, nullptr); });
+  if (!drawing.done) {
     throw EnvironmentError("the ensemble whose memory was to be measured could not be drawn; free some memory");
   }
-  return {spec.response.samples, threads, static_cast<double>(used.ru_maxrss) * 1024};
+  return {spec.response.samples, threads, drawing.peak_bytes};
 }
 
 namespace {

@@ -19,6 +19,16 @@ namespace granuscope {
 /// day. The machine's name is not in it.
 std::string with_measured_with(const std::string& suite_json);
 
+/// How a process of its own ended.
+struct OwnProcess {
+  bool done = false;  ///< its work was: nothing was thrown
+  double peak_bytes = 0;
+};
+
+/// Does `work` in a process of its own, whose memory is that of this work. Throws EnvironmentError if none can be
+/// started.
+OwnProcess in_own_process(const std::function<void()>& work);
+
 /// What an ensemble of piles of 500 x 200 beads holds in memory while it is drawn and summed.
 struct EnsembleMemory {
   std::uint64_t samples = 0;

@@ -197,7 +197,6 @@ class PilePictures {
   std::vector<std::pair<std::string, std::string>> not_kept_;
 };
 
-
 /// The picture of a model: there are no contacts of beads to be shown.
 PictureOutcome render_weights_of_model(const Experiment& experiment, const std::filesystem::path& run_folder) {
   const ForceChainSpec& chains = experiment.force_chains;

@@ -1,14 +1,23 @@
 #include "studies/thrust_studies.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numeric>
 
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
 #include "kit/estimates.h"
+#include "kit/naive_rejection.h"
+#include "kit/sanitized.h"
+#include "kit/small_piles.h"
+#include "kit/text_parts.h"
+#include "model/lattice.h"
 #include "sampling/sampler.h"
+#include "studies/made_up_ensemble.h"
 #include "studies/study.h"
+#include "studies/study_page.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -230,3 +239,196 @@ TEST_CASE("Both shares of redrawn beads must hold") {
 }
 
 }  // namespace granuscope
+
+using namespace granuscope;
+using namespace granuscope::made_up;
+using granuscope::test::known;
+
+namespace {
+
+/// Every layer down to the last one shown.
+std::vector<int> shown_layers(int count) {
+  std::vector<int> layers(static_cast<std::size_t>(count));
+  std::iota(layers.begin(), layers.end(), 0);
+  return layers;
+}
+
+}  // namespace
+
+TEST_CASE("Without friction the whole response lies along the rays") {
+  EnsembleSpec spec;
+  spec.sampler.mu = 0;
+  spec.lattice = {70, 80};
+  spec.response.samples = 256;
+  spec.layers = shown_layers(60);
+  const ChainShare share = measure_chain_share({spec, run_ensemble(spec, 1, nullptr)});
+  CHECK(share.layers == 60);
+  CHECK(std::abs(share.c.value - tan30) < 1e-14);
+  CHECK(std::abs(share.share.value - 1) < 1e-12);
+  // From c0 z >= 6 on: z = 10.39, layer 12 of 0 .. 59.
+  REQUIRE(share.depths.size() == 48);
+  CHECK(share.depths.front().layer == 12);
+  CHECK(share.depths.front().even_share == Approx(6 / (tan30 * Lattice::depth(12) + 3)));
+}
+
+TEST_CASE("A response spread evenly between the rays has the even share") {
+  const LatticeSpec lattice{200, 100};
+  MeasuredEnsemble ensemble = ensemble_of(0.3, lattice, shown_layers(80));
+  const Lattice geometry(lattice);
+  add_quantity(ensemble.record.sums, "thrust", 1, [](int, int, int) { return 0.81; });
+  const double c = tan30 * 0.9;
+  add_quantity(ensemble.record.sums, "weight", lattice.columns, [&](int, int row, int i) {
+    const double reach = c * Lattice::depth(row) + chain_half_width, x = geometry.x(row, i);
+    const double covered = std::max(0.0, std::min(x + 0.5, reach) - std::max(x - 0.5, -reach));
+    return 1 + covered / (2 * reach);
+  });
+  const ChainShare share = measure_chain_share(ensemble);
+  CHECK(share.c.value == Approx(c));
+  for (const ChainShareAtDepth& depth : share.depths) {
+    CAPTURE(depth.layer);
+    // A bead that an edge of a band cuts is counted by width, whatever lies in it: an error of a few percent of a bead.
+    CHECK(std::abs(depth.share.value - depth.even_share) < 0.5 / (c * depth.z + chain_half_width));
+  }
+  // Of an edge bead of which the part f is inside, f^2 is counted: on average 1/6 too little on either side.
+  CHECK(share.share.value == Approx(share.even_share * (1 - 1 / (12 * chain_half_width))).epsilon(0.005));
+}
+
+TEST_CASE("Piles too shallow for two bands give a reason instead of a share") {
+  MeasuredEnsemble ensemble = ensemble_of(0.3, {70, 30}, shown_layers(10));
+  add_quantity(ensemble.record.sums, "thrust", 1, [](int, int, int) { return 0.9; });
+  add_quantity(ensemble.record.sums, "weight", 70, [](int, int, int) { return 1.0; });
+  const ChainShare share = measure_chain_share(ensemble);
+  CHECK_FALSE(share.share.known());
+  CHECK_FALSE(share.share.reason.empty());
+}
+
+TEST_CASE("Force chains carry more than half of the response and more than an even spread would put there") {
+  ChainShare chains;
+  chains.spec.sampler.mu = 0.1;
+  chains.spec.lattice.columns = 70;
+  chains.layers = 60;
+  chains.samples = 512;
+  chains.c = known(0.575, 0.001);
+  chains.even_share = 0.3;
+  chains.share = known(0.8, 0.01);
+  chains.shown = known(0.9, 0);
+  CHECK(judge_force_chains({chains}, 0.5).verdict == reproduced);
+  CHECK(judge_force_chains({chains}, 0.5).measured.value == 0.9);
+  chains.shown = known(0.4, 0);  // in the pile shown, whatever the mean
+  CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
+  chains.shown = known(0.6, 0);
+  chains.even_share = 0.7;
+  CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
+  chains.shown = test::unknown("no layer lies deep enough");
+  CHECK(judge_force_chains({chains}, 0.5).verdict == not_tested);
+}
+
+TEST_CASE("The share of the pile shown is that of the sample of the picture") {
+  EnsembleSpec spec;
+  spec.lattice = {70, 60 + bottom_margin};
+  spec.sampler.mu = 0.1;
+  spec.response.samples = 256;
+  spec.layers = shown_layers(60);
+  ChainShare chains = measure_chain_share({spec, run_ensemble(spec, 1, nullptr)});
+  double sum = 0;
+  for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
+    measure_shown_pile(chains, sample);
+    REQUIRE(chains.shown.known());
+    sum += chains.shown.value;
+  }
+  // The same piles: their shares average to that of their mean.
+  CHECK(sum / 256 == Approx(chains.share.value).epsilon(1e-9));
+}
+
+// Sources: sums made by hand; and naive_rejection.h, the law rejection by sequential Monte Carlo, a code of its own
+// that shares nothing with the program.
+
+using test::contains;
+using test::piles_of;
+
+TEST_CASE("The bulk leaves out a margin at both ends; its halves leave out the middle layer of an odd number") {
+  const EnsembleSpec spec = piles_of(Law::rejection, 0.3, {4, 13}, 256);
+  EnsembleRecord record = run_ensemble(spec, 1, nullptr);
+  BlockSums& sums = record.sums;
+  const auto set_thrust = [&](const auto& alpha_of) {
+    auto& sum = sums.quantities.at("thrust").sum;
+    for (std::size_t block = 0; block < sums.count.size(); ++block) {
+      for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+        sum[block * sums.layers.size() + row] = static_cast<double>(sums.count[block]) * alpha_of(sums.layers[row]);
+      }
+    }
+  };
+  set_thrust([](int layer) { return layer < 4 || layer > 8 ? 100.0 : 0.9 + 0.01 * layer; });
+  const RejectionThrust measured = measure_rejection_thrust({spec, record}, 4);
+  CHECK(measured.first_layer == 4);
+  CHECK(measured.last_layer == 8);
+  CHECK(measured.samples == 256);
+  CHECK(measured.alpha.value == Approx(0.96));
+  CHECK(measured.deficit_over_mu2.value == Approx(0.04 / 0.09));
+  CHECK(measured.change_with_depth.value == Approx(0.03));  // layers 7, 8 over 4, 5
+  CHECK(measured.alpha_of_last_layer.value == Approx(100));
+}
+
+TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu squared, as another code has it",
+          "[unsanitized]") {
+  struct Size {
+    double mu;
+    LatticeSpec lattice;
+  };
+  constexpr std::size_t particles = test::sanitized ? 2000 : 10'000;
+  for (const auto& [mu, lattice] : {Size{0.1, {6, 30}}, {0.2, {6, 20}}, {0.3, {6, 13}}}) {
+    const EnsembleSpec spec = piles_of(Law::rejection, mu, lattice, 1024);
+    const RejectionThrust measured = measure_rejection_thrust({spec, run_ensemble(spec, 2, nullptr)}, 4);
+    const test::Estimated expected = test::naive_rejection_thrust(
+        mu, lattice.columns, lattice.layers, measured.first_layer, measured.last_layer, particles, 8, 11);
+    CAPTURE(mu, measured.alpha.value, measured.alpha.standard_error, measured.change_with_depth.value);
+    CAPTURE(expected.value, expected.error);
+    REQUIRE(measured.alpha.known());
+    CHECK(std::abs(measured.alpha.value - expected.value) <
+          5 * std::hypot(measured.alpha.standard_error, expected.error));
+    CHECK(expected.error < 0.002);
+    CHECK(1 - measured.alpha.value > 5 * measured.alpha.standard_error);
+    CHECK(measured.deficit_over_mu2.value == Approx((1 - measured.alpha.value) / (mu * mu)));
+  }
+}
+
+TEST_CASE("Piles for the exact thrust have about as many beads at each width, and a bulk between the margins") {
+  for (const double mu : {1e-3, 0.05, 0.1, 0.2, 0.25, 0.3}) {
+    const auto sizes = rejection_thrust_sizes(mu);
+    REQUIRE(sizes.size() == 3);
+    for (const RejectionThrustSize& size : sizes) {
+      CAPTURE(mu, size.lattice.columns, size.lattice.layers, size.margin);
+      CHECK(size.margin >= 4);
+      CHECK(size.lattice.layers - 2 * size.margin >= 2);
+      CHECK(size.lattice.layers <= 400);
+    }
+    CHECK(sizes.front().lattice.columns < sizes.back().lattice.columns);
+    CHECK(sizes.front().margin == sizes.back().margin);
+  }
+}
+
+TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
+  const auto page = [](const std::vector<RejectionThrust>& measured) {
+    return study_page(*rejection_thrust_study(measured));
+  };
+  CHECK_FALSE(contains(page({}).html, "tend to 1 under the exact law"));
+  RejectionThrust one;
+  one.spec.sampler.mu = 0.3;
+  one.spec.lattice = {4, 20};
+  one.alpha = known(0.93, 0.001);
+  one.deficit_over_mu2 = known(0.78, 0.01);
+  one.change_with_depth = known(0.002, 0.002);
+  one.alpha_of_last_layer = known(0.99, 0.002);
+  std::vector<RejectionThrust> measured(2, one);
+  const auto settles = [&] { return contains(page(measured).html, "It does not: at every friction"); };
+  CHECK(settles());
+  CHECK(page(measured).texts.at("/studies/rejection_thrust/1/deficit_over_mu_squared") == "0.780(10)");
+  measured[1].alpha = known(0.996, 0.001);
+  CHECK_FALSE(settles());
+  measured[1] = one;
+  measured[1].change_with_depth = known(0.03, 0.01);
+  CHECK_FALSE(settles());
+  measured[1].change_with_depth = test::unknown("too few");
+  CHECK_FALSE(settles());
+  CHECK(contains(page(measured).html, "These piles do not decide it"));
+}

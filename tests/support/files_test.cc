@@ -1,6 +1,7 @@
 #include "support/files.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -11,6 +12,7 @@
 #include <cerrno>
 #include <chrono>
 #include <fstream>
+#include <string>
 #include <thread>
 
 #include "kit/file_size_limit.h"
@@ -293,4 +295,116 @@ TEST_CASE("what is forbidden is not called missing") {
   REQUIRE(::waitpid(child, &status, 0) == child);
   fs::permissions(folder.path(), fs::perms::owner_all);
   CHECK(status == 0);
+}
+
+TEST_CASE("SHA-256 agrees with the examples of FIPS 180-2") {
+  CHECK(sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  CHECK(sha256("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  CHECK(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq") ==
+        "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  CHECK(sha256(std::string(1'000'000, 'a')) == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST_CASE("a file's digest is that of its bytes, however many pieces it is read in") {
+  const TemporaryFolder folder;
+  write_file(folder / "a", std::string(1'000'000, 'a'));
+  CHECK(sha256_of_file(folder / "a") == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  write_file(folder / "empty", "");
+  CHECK(sha256_of_file(folder / "empty") == sha256(""));
+  CHECK_THROWS_AS(sha256_of_file(folder / "missing"), InputError);
+  CHECK_THROWS_AS(sha256_of_file(folder.path()), InputError);
+}
+
+TEST_CASE("cache keys are XXH3 with 64 bits") {
+  CHECK(cache_key("") == sha256("").substr(0, 16));
+  CHECK(cache_key("a").size() == 16);
+  CHECK(cache_key("a") != cache_key("b"));
+  CHECK(cache_key(std::string("a\0b", 3)) != cache_key(std::string("a\0c", 3)));
+}
+
+using namespace granuscope::test;
+
+namespace {
+
+/// The name that a process of this machine with that number would have taken.
+std::string name_by(pid_t process, const std::string& file) {
+  std::string name = scratch_name(file);
+  const std::string own = fmt::format("-{}-", ::getpid());
+  return name.replace(name.find(own), own.size(), fmt::format("-{}-", process));
+}
+
+void touch(const std::filesystem::path& file) { std::ofstream(file) << "half"; }
+
+/// A process that has ended; reaped or not.
+pid_t ended_process(bool reaped) {
+  const pid_t process = ::fork();
+  if (process == 0) ::_exit(0);
+  siginfo_t info = {};
+  ::waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | (reaped ? 0 : WNOWAIT));
+  return process;
+}
+
+}  // namespace
+
+TEST_CASE("names of work in progress are hidden, short and never the same") {
+  CHECK(scratch_name("a.png") != scratch_name("a.png"));
+  CHECK(scratch_name("a.png").starts_with(".granuscope-"));
+  CHECK(scratch_name("a.png").ends_with("-a.png"));
+  CHECK(scratch_name(std::string(250, 'x') + ".png").size() < 250);
+  CHECK(scratch_name(std::string(250, 'x') + ".png").ends_with("x.png"));
+}
+
+TEST_CASE("what killed processes left is removed, and nothing else") {
+  const TemporaryFolder folder;
+  const pid_t dead = ended_process(true);
+  touch(folder / name_by(dead, "mu-0.3.h5"));
+  std::filesystem::create_directories(folder / name_by(dead, "report-pdf") / "below");
+  touch(folder / name_by(dead, "report-pdf") / "below" / "report.html");
+
+  const std::string mine = scratch_name("mu-0.3.h5");
+  const std::string init = name_by(1, "mu-0.3.h5");
+  const std::string elsewhere = fmt::format(".granuscope-another-machine-1f-{}-1-mu-0.3.h5", dead);
+  const std::vector<std::string> kept{mine, init, elsewhere, "mu-0.3.h5", ".hidden", ".granuscope-", ".granuscope-x"};
+  for (const std::string& name : kept) touch(folder / name);
+
+  CHECK(remove_leftovers(folder.path()) == 2);
+  CHECK(folder.contents().size() == kept.size());
+  for (const std::string& name : kept) CHECK(std::filesystem::exists(folder / name));
+  CHECK(remove_leftovers(folder.path()) == 0);
+  CHECK(remove_leftovers(folder / "none") == 0);
+}
+
+TEST_CASE("a process that nobody has taken note of has ended all the same") {
+  const TemporaryFolder folder;
+  const pid_t zombie = ended_process(false);
+  touch(folder / name_by(zombie, "a"));
+  CHECK(remove_leftovers(folder.path()) == 1);
+  ::waitpid(zombie, nullptr, 0);
+}
+
+TEST_CASE("processes of another container are not judged by their number here") {
+  const TemporaryFolder folder;
+  const pid_t dead = ended_process(true);
+  struct stat status = {};
+  REQUIRE(::stat("/proc/self/ns/pid", &status) == 0);
+  std::string foreign = name_by(dead, "a");
+  const std::string here = fmt::format("-{:x}-", status.st_ino);
+  REQUIRE(foreign.find(here) != std::string::npos);
+  foreign.replace(foreign.find(here), here.size(), fmt::format("-{:x}-", status.st_ino + 1));
+  touch(folder / foreign);
+  CHECK(remove_leftovers(folder.path()) == 0);
+}
+
+TEST_CASE("a file's leftovers are those that were to become it") {
+  const TemporaryFolder folder;
+  const pid_t dead = ended_process(true);
+  const std::string mine = scratch_name("pile.png");
+  const std::string longer = name_by(dead, "a-3-pile.png"), other = name_by(dead, "pile.h5");
+  for (const std::string& name : {name_by(dead, "pile.png"), name_by(dead, "pile.png"), mine, longer, other}) {
+    touch(folder / name);
+  }
+  CHECK(remove_leftovers_of(folder / "pile.png") == 2);
+  for (const std::string& name : {mine, longer, other}) CHECK(std::filesystem::exists(folder / name));
+  CHECK(folder.contents().size() == 3);
+  CHECK(remove_leftovers_of(folder / "none" / "pile.png") == 0);
 }

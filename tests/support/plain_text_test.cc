@@ -192,3 +192,73 @@ TEST_CASE("exact numbers read back bit by bit") {
     REQUIRE(std::strtod(exact(value).c_str(), nullptr) == value);
   }
 }
+
+TEST_CASE("A round step is the smallest that is large enough") {
+  CHECK(round_step_at_least(3, 0).size() == 5);
+  CHECK(round_step_at_least(3, 0, {1, 2, 3, 5}).size() == 3);
+  CHECK(round_step_at_least(6, 0).size() == 10);
+  CHECK(round_step_at_least(0.01, 0).size() == 1);  // the lowest power allowed
+  CHECK(round_step_at_least(0.15, -1).size() == 0.2);
+  CHECK(round_step_at_least(0.1 + 0.2 - 0.1, -1).size() == 0.2);  // 0.20000000000000004
+}
+
+TEST_CASE("A round step leaves few enough marks, and the next smaller one would not") {
+  for (const double low : {0.0, -0.11, 0.5489, 17.0}) {
+    for (const double length : {0.03, 1.0, 160.0, 2.5e6}) {
+      for (const int most : {2, 4, 7}) {
+        const double high = low + length;
+        const RoundStep step = round_step_with_at_most(most, low, high);
+        CHECK(multiples_within(low, high, step).size() <= static_cast<std::size_t>(most));
+        const RoundStep smaller = step.digit == 1   ? RoundStep{5, step.exponent - 1}
+                                  : step.digit == 2 ? RoundStep{1, step.exponent}
+                                                    : RoundStep{2, step.exponent};
+        CHECK(multiples_within(low, high, smaller).size() > static_cast<std::size_t>(most));
+      }
+    }
+  }
+}
+
+TEST_CASE("Multiples include the ends and hold no negative zero") {
+  CHECK(multiples_within(0.1, 0.3, {1, -1}).size() == 3);  // 0.3 / 0.1 is 2.9999999999999996
+  const std::vector<double> marks = multiples_within(-0.4, 0.4, {5, -1});
+  REQUIRE(marks.size() == 1);
+  CHECK_FALSE(std::signbit(marks[0]));
+  CHECK(multiples_within(0.21, 0.29, {1, -1}).empty());
+}
+
+TEST_CASE("Logarithmic marks are the whole multiples of the powers of ten") {
+  const std::vector<LogMark> marks = log_marks_within(0.3, 2);
+  REQUIRE(marks.size() == 9);
+  CHECK(marks.front().value() == Approx(0.3));
+  CHECK(marks[6].value() == Approx(0.9));
+  CHECK(marks[7].digit == 1);
+  CHECK(marks[7].exponent == 0);
+  CHECK(marks.back().value() == 2);
+}
+
+TEST_CASE("sizes are told in megabytes, gigabytes and terabytes") {
+  CHECK(describe_bytes(0) == "0.0 MB");
+  CHECK(describe_bytes(2.5e6) == "2.5 MB");
+  CHECK(describe_bytes(25.3e9) == "25.3 GB");
+  CHECK(describe_bytes(1.58e14) == "158 TB");
+  CHECK(describe_bytes(4.611686e20) == "4.61e+08 TB");
+}
+
+TEST_CASE("text of others becomes one line that moves no cursor") {
+  CHECK(single_line("") == "");
+  CHECK(single_line("plain μ ∝ text") == "plain μ ∝ text");
+  CHECK(single_line("line 1: bad\n  ^ here\r\n\nmore\n") == "line 1: bad   ^ here more");
+  CHECK(single_line("\033[31mred\033[0m\a") == "[31mred [0m");
+  CHECK(single_line("a\xc2\x9b"
+                    "31m") == "a 31m");  // the same in one character, U+009B
+  CHECK(single_line(std::string_view("a\0b", 3)) == "a b");
+  CHECK(single_line("rm \u202e\u2066x\u2069אב\u200f") == "rm x אב\u200f");  // turned, it would read otherwise
+  CHECK(single_line("\xff\xfe") == "\xff\xfe");                             // bytes of a file's name stay what they are
+}
+
+TEST_CASE("a long text is cut off between two characters") {
+  CHECK(single_line("abcdef", 4) == "abcd …");
+  CHECK(single_line("abcd", 4) == "abcd");
+  CHECK(single_line("μμμ", 3) == "μμ …");
+  CHECK(single_line(std::string(1000, 'x')).size() == 400 + std::string(" …").size());
+}
