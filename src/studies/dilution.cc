@@ -488,7 +488,7 @@ Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesyste
     const std::string file = plot.add_data("mu-" + exact(head.mu), table),
                       colour = ink_of_series(plot.key.entries.size() - 1).colour;
     peaks.add(file, "1:2:3", Ink{colour, 7}.joined_bars(1, 0.6));
-    peaks.add(file, "1:4:5", Ink{colour, 6}.joined_bars(1, 0.6, 3));
+    peaks.add(file, "1:4:5", Ink{colour, 13}.joined_bars(1, 0.7, 2));
   }
   if (profiles.curves.empty() || peaks.curves.empty()) {
     throw InputError(

@@ -258,7 +258,7 @@ Figure plot_force_statistics(const std::vector<ForceStatistics>& measured, const
     const Band& band = one.bands.back();
     const Ink ink = ink_of_value(sliding.size());
     forces.add(plot, one.file_part() + "-forces", density_of(band.blocks, normals), ink.bars(0.8, 0.3), x, P);
-    forces.add(plot, one.file_part() + "-tail", band.tail_N, ink.line(1.2), x, P);
+    forces.add(plot, one.file_part() + "-tail", band.tail_N, Style{.width = 1.2}, x, P);
     friction.add(plot, one.file_part() + "-friction", density_of_mobilisation(band.blocks), ink.joined_bars(0.8, 0.35),
                  "T_over_mu_N: dimensionless", P);
     plot.add_key(one.name["pile"], ink.points(0.6));
