@@ -126,6 +126,7 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   response.by = by;
   response.spec = ensemble.spec;
   response.samples = sums.samples();
+  if (ensemble.spec.sampler.law == Law::polytope) response.effective_samples = effective_samples(sums);
   FitSpec fit;
   fit.min_identifiable_width = least_width;
   std::vector<MeasuredDepth> depths(sums.layers.size() - first);
@@ -263,6 +264,7 @@ void to_json(Json& json, const DeepResponse& one) {
                    {"deep", one.deep},
                    {"dispersion", one.bands},
                    {"c_thrust", one.c_thrust}});
+  if (one.spec.sampler.law == Law::polytope) json["effective_samples"] = one.effective_samples;
 }
 
 namespace {

@@ -60,10 +60,11 @@ struct DeepResponse {
   std::vector<LagResponse> lags;
   std::vector<OctaveOfDepth> octaves;       ///< one less than lags
   std::vector<Replicated> slopes_of_width;  ///< their D, empty where that is unknown
-  std::vector<BandOfModes> bands;  ///< ascending in k, each over the octave that suits its decay; none by loads
-  PowerOfDepth shallow;            ///< at depths that the paper's piles have, z = 55 to 111
-  PowerOfDepth deep;               ///< from the third lag before the last one to the last, at least z = 111
-  Estimate c_thrust;               ///< of the same layers
+  std::vector<BandOfModes> bands;   ///< ascending in k, each over the octave that suits its decay; none by loads
+  PowerOfDepth shallow;             ///< at depths that the paper's piles have, z = 55 to 111
+  PowerOfDepth deep;                ///< from the third lag before the last one to the last, at least z = 111
+  Estimate c_thrust;                ///< of the same layers
+  Estimate effective_samples = {};  ///< of chains, from the same layers (analysis/jackknife.h)
 };
 
 /// Longer than the usual reference lag: modes that only shorter ones have are drowned in noise.

@@ -234,6 +234,10 @@ TEST_CASE("Under the flat law W² grows much faster than z, beyond that of rows 
   CAPTURE(power.value, power.standard_error, rows.octaves[1].exponent.value);
   REQUIRE(power.known());
   REQUIRE(of_rows.known());
+  // Piles of a chain are worth less than independent ones, of which nothing is said.
+  CHECK(flat.effective_samples.value > 50);
+  CHECK(flat.effective_samples.value < 512 + 4 * flat.effective_samples.standard_error);
+  CHECK_FALSE(rows.effective_samples.known());
   CHECK(of_flat.value - 2 * of_rows.value > 4 * std::hypot(of_flat.standard_error, 2 * of_rows.standard_error));
   CHECK(power.value - 1 > 4 * power.standard_error);
   // Twice as deep its peaks are too wide for this ring, as those of rows are not.
