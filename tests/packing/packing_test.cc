@@ -21,14 +21,14 @@ using Catch::Matchers::Contains;
 namespace {
 
 Packing packing_of(const test::TemporaryFolder& folder, const std::string& contacts, const std::string& particles = "",
-                   PackingFiles files = {}) {
+                   PackingFiles files = {}, std::optional<double> step = std::nullopt) {
   write_file(folder / "contacts", contacts);
   files.contacts = folder / "contacts";
   if (!particles.empty()) {
     write_file(folder / "particles", particles);
     files.particles = folder / "particles";
   }
-  return PackingSource(files).read(files.step);
+  return PackingSource(files).read(step);
 }
 
 std::map<std::string, double> numbers_of(const Packing& packing, double mu = std::nan("")) {
@@ -101,6 +101,7 @@ TEST_CASE("Every way of writing the same contacts is read as the same packing") 
       {"upper,lower,x_upper,z_upper,branch_x,branch_z,N,T\n1,2,0,0,1,0,2,0\n2,3,1,0,1,0,2,0.5\n", three_discs},
       {"id1,id2,N,T\n\"1\",\"2\",\"2\",\"0\"\n2,3,2,0.5\n3,2,2.00001,0.5\n", three_discs},  // rounded on either side
       {"id1,id2,N,T # by hand\n1,2,2,0 # first\n2,3,2,0.5\n", three_discs},
+      {"id1\tid2\tN\tT\t# by hand\n1\t2\t2\t0\t# first\n2\t3\t2\t0.5\n", three_discs},
       {"frame,id1,id2,N,T\n3,1,2,9,9\n7,1,2,2,0\n7,2,3,2,0.5\n", three_discs},
   };
   for (const auto& [contacts, particles] : files) {
@@ -114,9 +115,7 @@ TEST_CASE("Every way of writing the same contacts is read as the same packing") 
       CHECK(packing.particles[packing.contacts[k].first].id == static_cast<int>(k) + 1);
     }
   }
-  PackingFiles first_step;
-  first_step.step = 10;
-  CHECK(packing_of(folder, dump, "", first_step).contacts[0].N == 7);
+  CHECK(packing_of(folder, dump, "", {}, 10).contacts[0].N == 7);
   PackingFiles named;
   named.columns = {"id1", "id2", "ignored", "N"};
   CHECK(packing_of(folder, "1 2 5 2\n2 3 5 2\n", three_discs, named).contacts[1].N == 2);
@@ -192,6 +191,47 @@ TEST_CASE("Contacts with walls are drawn where the file says where they touch, w
   CHECK_THROWS_WITH(packing_of(folder, pairs_of_step, three_discs, steps), Contains("there is no step 5 among"));
 }
 
+TEST_CASE("Particles and walls are those of the step of the contacts, whether it is asked for or the last one") {
+  const test::TemporaryFolder folder;
+  const std::string contacts = "frame,id1,id2,N\n1,1,2,2\n2,1,2,3\n";
+  const std::string particles = "frame,id,x,y,radius\n1,1,0,0,0.5\n1,2,1,0,0.5\n2,1,0,0,0.5\n2,2,1.1,0,0.5\n";
+  PackingFiles files;
+  files.walls = folder / "walls";
+  write_file(files.walls, "frame,id1,contact_x,contact_y,N\n1,1,0,-0.5,4\n3,1,0,-0.5,9\n");
+  const Packing last = packing_of(folder, contacts, particles + "3,1,0,0,0.5\n3,2,7,0,0.5\n", files);
+  REQUIRE(last.contacts.size() == 1);  // no particle touches a wall
+  CHECK(last.contacts[0].branch_x == 1.1);
+  CHECK(last.step == 2.0);
+  CHECK(last.steps == 2);
+  const Packing first = packing_of(folder, contacts, particles, files, 1);
+  REQUIRE(first.contacts.size() == 2);
+  CHECK(first.contacts[0].branch_x == 1);
+  CHECK(first.contacts[1].N == 4);
+  // Walls without frames are of all steps.
+  write_file(files.walls, "id1,contact_x,contact_y,N\n2,1,-0.5,4\n");
+  for (const double step : {1, 2}) CHECK(packing_of(folder, contacts, particles, files, step).contacts.size() == 2);
+  const auto dump = [](int step, const char* columns, const std::string& line) {
+    return "ITEM: TIMESTEP\n" + std::to_string(step) + "\nITEM: NUMBER OF LINES\n1\nITEM: LINES " + columns + '\n' +
+           line + '\n';
+  };
+  const std::string one = dump(1, "id1 id2 N", "1 -1 2"), positions = dump(1, "id x y", "1 5 5");
+  CHECK(packing_of(folder, one, positions + dump(2, "id x y", "1 9 9")).particles[0].x == 5);
+}
+
+TEST_CASE("Contacts with walls may have no force, and are no contacts whose particles are not told") {
+  const test::TemporaryFolder folder;
+  PackingFiles files;
+  files.walls = folder / "walls";
+  write_file(files.walls, "id1,contact_x,contact_y,N\n1,0,0,0\n2,1,-0.5,0\n");  // the first touches none
+  const Packing packing = packing_of(folder, "id1 id2 N\n1 2 2\n", three_discs, files);
+  REQUIRE(packing.contacts.size() == 2);
+  CHECK(packing.contacts[1].branch_y == -1);
+  const std::string unnamed = "x1,y1,x2,y2,N\n0,0,1,0,1\n";
+  write_file(files.walls, unnamed);
+  CHECK_THROWS_WITH(packing_of(folder, unnamed, "", files),
+                    Contains("line 2: a contact of two particles, or of unnam"));
+}
+
 TEST_CASE("Positions of PeGS without frames have y counting down, too") {
   const test::TemporaryFolder folder;
   const Packing packing = packing_of(folder, "id1 id2 N T\n1 2 2 0\n", "1,0,5,0.5,0\n2,0,4,0.5,0\n");
@@ -203,6 +243,10 @@ TEST_CASE("Names of columns may stand in any comment above the numbers") {
   const test::TemporaryFolder folder;
   const Packing packing = packing_of(folder, "# run 7\n# id1 id2 N T\n1 2 2 0.5\n", three_discs);
   CHECK(packing.contacts[0].T == 0.5);
+  PackingFiles numbered;
+  numbered.columns = {"id1=particle # a", "id2=particle # b"};
+  const std::string names = "particle # a,particle # b,N,T\n";
+  CHECK(packing_of(folder, names + "1,2,2,0.5 # first\n", three_discs, numbered).contacts[0].T == 0.5);
 }
 
 TEST_CASE("Distributions of contacts have the counts of the file, and sums on particles say who is off balance") {
@@ -289,6 +333,10 @@ TEST_CASE("Packings without forces, and those that only pull, have numbers and p
       packing_of(folder, "id1 id2 N\n1 2 1\n2 3 1\n3 1 1\n", "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 7 0 0.5\n");
   REQUIRE_FALSE(around.told.empty());
   CHECK_THAT(around.told.back(), Contains("--period-x"));
+  // Where no file tells how large a particle is, any box may hold it.
+  const std::string small_box =
+      "ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS pp ff pp\n0 0.1\n0 1\n0 1\n";
+  CHECK(packing_of(folder, small_box + "ITEM: ENTRIES id1 id2 N\n1 2 1\n").contacts.size() == 1);
 }
 
 TEST_CASE("Each bad line of contacts is told with its number, all together, up to some") {
@@ -367,10 +415,7 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
   std::string many = head;
   for (int k = 0; k < 100; ++k) many += "1,77,1,0\n";
   CHECK_THROWS_WITH(packing_of(folder, many, three_discs), Contains("95 more lines"));
-  PackingFiles no_such_step;
-  no_such_step.step = 4;
-  CHECK_THROWS_WITH(packing_of(folder, "frame,id1,id2,N\n1,1,2,1\n", three_discs, no_such_step),
-                    Contains("no frame 4"));
+  CHECK_THROWS_WITH(packing_of(folder, "frame,id1,id2,N\n1,1,2,1\n", three_discs, {}, 4), Contains("no frame 4"));
 }
 
 TEST_CASE("A scene of a packing hands over each bar once, and all that reach into a region") {

@@ -180,7 +180,9 @@ class Reader {
         if (separator == 0 && !line.empty()) comments.push_back(trimmed(line.substr(1)));
         continue;
       }
-      line = trimmed(line.substr(0, line.find(" #")));
+      const std::string_view whole = line;
+      const std::size_t remark = std::min(line.find(" #"), line.find("\t#"));
+      line = trimmed(line.substr(0, remark));
       if (separator == 0) {
         separator = separator_of(line);
         bool numbers = true;
@@ -188,6 +190,8 @@ class Reader {
                       [&](std::string_view cell) { numbers = numbers && number_in(cell) == number_in(cell); });
         std::vector<std::string> names;
         if (!numbers) {
+          // A name may have a #: behind the last name no other one follows.
+          if (whole.find_first_of(",;", remark) != std::string_view::npos) separator = separator_of(line = whole);
           names = names_in(line, separator);
         }
         for (; numbers && names.empty() && !comments.empty(); comments.erase(comments.begin())) {

@@ -122,21 +122,19 @@ std::vector<double> frames_of(const NumberTable& table, const std::filesystem::p
   return seen;
 }
 
-/// Keeps the rows of one frame of a table that has several.
+/// Keeps the rows of one frame of a table that has several; none where it lacks it and `needed` is false.
 std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::filesystem::path& file,
-                                       std::optional<double> wanted, std::optional<double>& taken, std::size_t& steps) {
+                                       std::optional<double> wanted, bool needed) {
   std::vector<std::size_t> rows;
   const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
   const std::vector<double> seen = frames_of(table, file);
-  taken = table.dump ? table.step : frames ? std::optional(wanted.value_or(seen.back())) : std::nullopt;
-  steps = frames ? seen.size() : table.steps;
-  if (wanted && !table.dump && (!frames || !std::binary_search(seen.begin(), seen.end(), *wanted))) {
+  if (needed && wanted && !table.dump && (!frames || !std::binary_search(seen.begin(), seen.end(), *wanted))) {
     throw InputError(frames ? fmt::format("{}: there is no frame {:g}; it has {:g} to {:g}", file.string(), *wanted,
                                           seen.front(), seen.back())
                             : fmt::format("{}: it has no column `frame`; leave out --step", file.string()));
   }
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    if (!frames || frames(row) == *taken) rows.push_back(row);
+    if (!frames || frames(row) == wanted.value_or(seen.back())) rows.push_back(row);
   }
   return rows;
 }
@@ -144,7 +142,7 @@ std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::file
 class PackingReader {
  public:
   /// `particles`: null where the contacts say where they are; `walls`: null where none stand apart. `step` is the one
-  /// to be read.
+  /// of the contacts, if they have any.
   PackingReader(const PackingFiles& files, const NumberTable& contacts, const NumberTable* particles,
                 const NumberTable* walls, std::optional<double> step)
       : files_(files), contacts_(contacts), particles_(particles), walls_(walls), step_(step) {}
@@ -155,7 +153,7 @@ class PackingReader {
     if (walls_ != nullptr) read_contacts(*walls_, files_.walls);
     set_mean_diameter();
     for (const std::optional<double>& period : periods_) {
-      if (period && !(*period >= packing_.mean_diameter)) {
+      if (packing_.sized && period && !(*period >= packing_.mean_diameter)) {
         throw InputError("{}: the box has a period of {:g}, which is less than a particle of {:g} across",
                          files_.contacts.string(), *period, packing_.mean_diameter);
       }
@@ -193,12 +191,9 @@ class PackingReader {
     }
     periods_ = table.periods;
     LineProblems problems(files_.particles.empty() ? files_.contacts : files_.particles, table.row_name);
-    std::optional<double> taken;
-    std::size_t steps = 1;
     // Particles that stay in place are told once, for all steps.
     const bool framed = static_cast<bool>(column_of(table, {&meaning::frame}));
-    const std::optional<double> wanted = framed ? step_ : std::nullopt;
-    for (const std::size_t row : rows_of_frame(table, files_.particles, wanted, taken, steps)) {
+    for (const std::size_t row : rows_of_frame(table, files_.particles, step_, framed)) {
       Particle one;
       one.x = xs(row);
       one.y = upside_down ? -ys(row) : ys(row);
@@ -289,16 +284,15 @@ class PackingReader {
     std::vector<double> apart;
     std::vector<std::size_t> lines(packing_.contacts.size());
     const std::size_t before_it = lines.size();
-    std::optional<double> taken;
-    std::size_t steps = 1;
-    for (const std::size_t row : rows_of_frame(table, file, step_, taken, steps)) {
-      const auto none_in = [&](const Column& column) { return !column || column(row) == 0; };
+    for (const std::size_t row : rows_of_frame(table, file, step_, first_file)) {
+      const auto none_in = [&](const Column* column) { return !*column || (*column)(row) == 0; };
       // LAMMPS lists every particle, with zeros where it touches no wall.
-      if (c.touching() && !c.id2 && none_in(c.N) && none_in(c.fx) && none_in(c.fy)) continue;
+      const std::array told{&c.N, &c.fx, &c.fy, &c.contact_x, &c.contact_y};
+      if (c.touching() && !c.id2 && std::ranges::all_of(told, none_in)) continue;
       PackingContact one;
       std::string wrong = contact_in(c, row, one);
-      if (wrong.empty() && !first_file && one.second != PackingContact::wall) {
-        wrong = "a contact of two particles; those of --walls are of one particle and a wall";
+      if (wrong.empty() && !first_file && (one.first == PackingContact::wall || one.second != PackingContact::wall)) {
+        wrong = "a contact of two particles, or of unnamed ones; those of --walls are of one particle and a wall";
       }
       if (!wrong.empty()) {
         problems.add(table.lines[row], wrong);
@@ -331,8 +325,6 @@ class PackingReader {
     if (packing_.contacts.empty()) throw InputError(fmt::format("{}: there is no contact in it", file.string()));
     point_away(before_it, file);
     if (!first_file) return;
-    packing_.step = taken;
-    packing_.steps = steps;
     packing_.twins = apart.size();
     if (apart.empty()) return;
     std::nth_element(apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2), apart.end());
@@ -524,9 +516,16 @@ std::vector<double> PackingSource::steps() const {
 }
 
 Packing PackingSource::read(std::optional<double> step) const {
-  const auto contacts = contacts_.read(step), particles = particles_ ? particles_->read(step) : nullptr;
-  const auto walls = walls_ ? walls_->read(contacts->dump ? contacts->step : step, true) : nullptr;
-  return PackingReader(files_, *contacts, particles.get(), walls.get(), step).read();
+  const auto contacts = contacts_.read(step);
+  const std::vector<double> frames = frames_of(*contacts, files_.contacts);
+  if (contacts->dump) step = contacts->step;
+  if (!step && !frames.empty()) step = frames.back();
+  const auto particles = particles_ ? particles_->read(step) : nullptr,
+             walls = walls_ ? walls_->read(step, true) : nullptr;
+  Packing packing = PackingReader(files_, *contacts, particles.get(), walls.get(), step).read();
+  packing.step = step;
+  packing.steps = frames.empty() ? contacts->steps : frames.size();
+  return packing;
 }
 
 }  // namespace granuscope

@@ -18,7 +18,6 @@ struct PackingFiles {
                                                    ///< empty: as its header says
   std::vector<std::string> particle_columns;       ///< the same of `particles`
   std::vector<std::string> wall_columns;           ///< and of `walls`
-  std::optional<double> step;                      ///< of a dump, or frame of a table; none: the last one
   std::array<std::optional<double>, 2> periods{};  ///< of the box in x and y; none: as a dump says, or no period
 };
 
@@ -38,6 +37,8 @@ class PackingSource {
   explicit PackingSource(PackingFiles files);
   /// Of a dump, or frames of a table; empty where there is but one.
   std::vector<double> steps() const;
+  /// `step`: none for the last one. Particles and walls are those of the step that the contacts have; a table of them
+  /// without frames is of all steps, and one of walls may lack a frame.
   Packing read(std::optional<double> step) const;
 
  private:

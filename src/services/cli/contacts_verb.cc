@@ -170,7 +170,6 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
                               names_in(options.columns),
                               names_in(options.particle_columns),
                               names_in(options.wall_columns),
-                              options.step,
                               {options.period_x, options.period_y}});
   if (!options.film.folder.empty()) {
     draw_film(source, std::move(options), context);
@@ -203,8 +202,7 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<ContactsOptions>();
   verb->add_option("FILE", options->contacts,
                    "contacts: a `dump local` of LAMMPS or LIGGGHTS, a table with names of columns, PeGS' adjacency "
-                   "list, or lines "
-                   "with arrays of cells in a file of VTK (.vtu, .vtp, .vtk)")
+                   "list, or lines with arrays of cells in a file of VTK (.vtu, .vtp, .vtk)")
       ->required();
   add_output(*verb, "IMAGE,-o,--image", options->image, "draw the contacts, too: .png, .svg or .pdf");
   verb->add_option(
