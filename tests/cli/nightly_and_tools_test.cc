@@ -163,6 +163,7 @@ namespace {
 
 const char* const citation = R"(cff-version: 1.2.0
 title: "Piles: a study"
+type: dataset
 license: CC-BY-4.0
 doi: 10.1234/piles.5
 authors:
@@ -331,17 +332,18 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("\"My own terms\"") && Contains("\"#licence-1\"") && !Contains("spdx.org"));
   // Persons by what they have, a number of the archive among several, a link for a DOI, an empty licence.
-  std::ofstream(scratch / "CITATION.cff") << "license: \"\"\nidentifiers:\n  - type: swh\n    value: swh:1\n"
-                                             "  - type: doi\n    value: https://doi.org/10.5281/zenodo.1\nauthors:\n"
-                                             "  - email: dora@example.org\n  - family-names: Davis\n"
-                                             "    given-names: Sammy\n    name-suffix: Jr.\n  - alias: carol\n";
+  std::ofstream(scratch / "CITATION.cff")
+      << "type: dataset\nlicense: \"\"\nidentifiers:\n  - type: swh\n    value: swh:1\n"
+         "  - type: doi\n    value: https://doi.org/10.5281/zenodo.1\nauthors:\n"
+         "  - email: dora@example.org\n  - family-names: Davis\n"
+         "    given-names: Sammy\n    name-suffix: Jr.\n  - alias: carol\n";
   REQUIRE(packed(again).code == 0);
   crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("\"https://doi.org/10.5281/zenodo.1\"") && Contains("No licence is stated") &&
                         Contains("\"dora@example.org\"") && Contains("\"Sammy Davis Jr.\"") &&
                         !Contains("\"Organization\"") && !Contains("licenses/\""));
-  // A program's citation names neither a run nor a paper.
-  std::ofstream(scratch / "CITATION.cff") << "license-url: https://example.org/own\ntitle: A program\ntype: software\n"
+  // A program's citation names neither a run nor a paper; without a type it is a program's.
+  std::ofstream(scratch / "CITATION.cff") << "license-url: https://example.org/own\ntitle: A program\n"
                                              "doi: 10.1234/program\nauthors:\n  - name: The group\n";
   REQUIRE(packed(again).code == 0);
   CHECK_THAT(told_by(again), Catch::Matchers::StartsWith("Results of the experiment small |"));

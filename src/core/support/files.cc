@@ -186,10 +186,10 @@ void require_not_input(const fs::path& target, const std::vector<fs::path>& inpu
 void require_replaceable(const fs::path& target, std::string_view begins) {
   constexpr std::size_t told_apart = 30;  // bytes in which the beginnings of different texts differ
   // A dump has no room for a name: the last columns of those that this program writes stand for it.
-  constexpr std::array<std::string_view, 8> marks = {
-      "granuscope pile",           "granuscope ensemble",   "granuscope 0.",
-      "granuscope figure ",        "granuscope render ",    "ro-crate-metadata.json",
-      "id1 id2 periodic fx fy fz", "radius weight residual"};
+  constexpr std::array<std::string_view, 9> marks = {
+      "granuscope pile",           "granuscope ensemble",        "granuscope 0.",
+      "granuscope figure ",        "granuscope render ",         "ro-crate-metadata.json",
+      "id1 id2 periodic fx fy fz", "mesh triangle id1 fx fy fz", "radius weight residual"};
   constexpr std::array<std::string_view, 8> formats = {"%PDF", "\x89PNG", "\x89HDF",    "<?xml",
                                                        "<svg", "%!PS",    "PK\x03\x04", "ITEM: TIMESTEP"};
   constexpr std::size_t longest_mark = 32;

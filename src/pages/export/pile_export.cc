@@ -90,8 +90,8 @@ class Dump : public TextFormat {
     const std::int64_t on_floor = contacts_on_floor(lattice);
     const auto head = [&](const char* kind, std::int64_t count, const char* columns) {
       return fmt::format(
-          "ITEM: TIMESTEP\n0\nITEM: NUMBER OF {0}\n{1}\nITEM: BOX BOUNDS pp ff pp\n{2} {3}\n{4} 0\n{5} {6}\nITEM: {0} "
-          "{7}\n",
+          "ITEM: TIMESTEP\n0\nITEM: NUMBER OF {0}\n{1}\n"
+          "ITEM: BOX BOUNDS pp ff pp\n{2} {3}\n{4} 0\n{5} {6}\nITEM: {0} {7}\n",
           kind, count, exact(-half), exact(half), exact(-lattice.z(lattice.layers() - 1) - bead_radius),
           exact(-bead_radius), exact(bead_radius), columns);
     };
@@ -247,8 +247,7 @@ std::string lost_in(const PileView& pile, const PileExport& what) {
   if (what.format == PileFormat::pegs && contacts && lattice.layers() > 1) {
     return fmt::format(
         "{} contacts join beads at either end of the ring, and PeGS knows no period: drawn between positions they "
-        "cross "
-        "all of it; granuscope contacts reads them with --period-x {}",
+        "cross all of it; granuscope contacts reads them with --period-x {}",
         contacts_across_seam(lattice), exact(2 * lattice.half_width()));
   }
   return "";

@@ -102,8 +102,7 @@ MeasuredEnsemble open_response(const std::string& file, const std::string& confi
   if (holds_propagation(sums) && propagated_modes(sums, layers.size() - 1).cosines.whole.empty()) {
     throw InputError(
         "{}: nothing fluctuates in its piles, which the estimator fluctuation would follow; name an ensemble of "
-        "another "
-        "estimator",
+        "another estimator",
         file);
   }
   ensemble.spec.lattice.layers = shown;

@@ -76,8 +76,9 @@ Citation read_citation(const std::filesystem::path& file) {
         if (citation.doi.empty() && text_of(one, "type") == "doi") citation.doi = text_of(one, "value");
       }
     }
-    citation.doi.erase(0, citation.doi.find("10."));                              // some write it as a link
-    if (text_of(root, "type") == "software") citation.title = citation.doi = "";  // no run, and no paper about one
+    citation.doi.erase(0, citation.doi.find("10."));  // some write it as a link
+    // Software, as the format takes a work without a type, is no run, and no paper about one.
+    if (text_of(root, "type") != "dataset") citation.title = citation.doi = "";
     const YAML::Node licenses = root["license"];  // one, or a list of which any may be chosen
     if (const std::string one = text_of(root, "license"); !one.empty()) citation.licenses.push_back(one);
     if (licenses && licenses.IsSequence()) {
@@ -376,8 +377,7 @@ std::string codecheck(const fs::path& folder, const Json& manifest, const Json& 
   yaml << YAML::EndSeq << YAML::EndMap;
   return std::string(yaml.c_str()) +
          "\n# To be added by whoever checks the run: codechecker and report, which the format wants; summary, "
-         "check_time,\n"
-         "# certificate.\n" +
+         "check_time,\n# certificate.\n" +
          (options.citation ? "" : "# To be added by whoever made it: paper.authors (granuscope pack --citation).\n");
 }
 
