@@ -185,6 +185,18 @@ TEST_CASE("sample --distributions writes densities with errors that add up, and 
     CHECK(refused.code == 2);
     CHECK_THAT(refused.err, Contains(told));
   }
+  const std::string again = (folder / "again.csv").string();
+  for (int time = 0; time < 2; ++time) {  // its own file is replaced
+    CHECK(granuscope_command({"sample", "--statistics", "--mu", "0.3", "--columns", "20", "--layers", "30", "--samples",
+                              "64", "--distributions", again})
+              .code == 0);
+  }
+  const std::string none = (folder / "none.csv").string();
+  const CommandResult failed =
+      granuscope_command({"sample", "--statistics", "--law", "rejection", "--mu", "1.5", "--columns", "8", "--layers",
+                          "8", "--samples", "64", "--distributions", none});
+  CHECK_THAT(failed.err, Contains("no pile was completed"));
+  CHECK_FALSE(std::filesystem::exists(none));
 }
 
 TEST_CASE("Few samples give values without standard errors, and say so") {

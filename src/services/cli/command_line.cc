@@ -157,10 +157,10 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
     what.erase(begins, value.size());
   }
   constexpr std::string_view unconverted = "Could not convert: ";
-  const std::string odd = odd_sign_in(what);
-  const bool told = odd.empty() || what.find("decimal point") != std::string::npos;
-  if (what.starts_with(unconverted)) what = what.substr(unconverted.size()) + " is not a value that this flag can take";
-  if (!told) what += "; " + odd;
+  const bool of_value = what.starts_with(unconverted);
+  if (of_value) what = what.substr(unconverted.size()) + " is not a value that this flag can take";
+  const std::string odd = of_value || what.find("\u2212") != std::string::npos ? odd_sign_in(what) : "";
+  if (!odd.empty()) what += "; " + odd;
   return fmt::format("{}; granuscope{} --help lists what can be written here", what,
                      chosen.empty() ? "" : " " + chosen.front()->get_name());
 }

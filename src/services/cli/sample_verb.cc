@@ -169,6 +169,8 @@ std::vector<std::pair<std::string, Estimate>> forces_of_layer(const BlockSums& s
   return numbers;
 }
 
+constexpr const char* head_of_distributions = "of,x,density,standard_error\n";
+
 /// P(w), P(N) and P(|T|/(mu N)) of these layers together, whose errors come from blocks of piles.
 std::string distributions(const BlockSums& sums, const EnsembleSpec& spec, std::array<double, 2> band) {
   const auto blocks =
@@ -273,7 +275,9 @@ SampleStatistics measure_samples(const SampleOptions& options, VerbContext& cont
       statistics.per_layer.back().forces = forces_of_layer(record.sums, spec.lattice.columns, n);
     }
   }
-  if (!options.distributions.empty()) {
+  if (!options.distributions.empty() && statistics.samples == 0) {
+    messages << "no pile was completed, so that there is nothing to count and no " << options.distributions << "\n";
+  } else if (!options.distributions.empty()) {
     OutputFile{options.distributions, options.file.force}.write(distributions(record.sums, spec, options.layers));
     context.wrote(options.distributions);
   }
@@ -306,7 +310,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
                      fewest_samples_with_errors);
   }
   require_suffix(options.distributions, ".csv");
-  if (!options.distributions.empty()) OutputFile{options.distributions, options.file.force}.require_free({});
+  if (!options.distributions.empty())
+    OutputFile{options.distributions, options.file.force}.require_free({}, head_of_distributions);
   const int above_bottom = Lattice(spec.lattice).usable_layers(),
             usable = above_bottom > 0 ? above_bottom : spec.lattice.layers;
   options.layers = {std::floor(usable / 2.0), usable - 1.0};
