@@ -256,7 +256,8 @@ TEST_CASE("Names must fit on one line and verdicts must be known") {
   CHECK_THAT(problem_after([](Experiment& e) { e.expected_verdicts["D-of-mu"] = "true"; }),
              Contains("gate.expect.D-of-mu: \"true\" is not a verdict"));
   CHECK_THAT(problem_after([](Experiment& e) { e.expected_verdicts["D-of-nu"] = "reproduced"; }),
-             Contains("gate.expect.D-of-nu: there is no such claim") && Contains("did you mean D-of-mu?"));
+             Contains("gate.expect.D-of-nu: nothing that is asked for tests such a claim") &&
+                 Contains("did you mean D-of-mu?"));
 }
 
 TEST_CASE("A contradiction names the line of the key that was written, or says that its value follows") {

@@ -1,7 +1,11 @@
 #include "report/page_scope.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <stdexcept>
+
+#include "support/files.h"
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;
@@ -21,6 +25,19 @@ const Json summary = Json::parse(R"({
 
 std::string filled(const std::string& text, const Json& overlay = Json::object(), Markup markup = Markup::html) {
   return fill_template(text, PageScope(summary, overlay, markup));
+}
+
+TEST_CASE("TeX has every sign of the captions") {
+  int captions = 0;
+  for (const auto& file : std::filesystem::recursive_directory_iterator(GRANUSCOPE_SOURCE_DIR "/templates")) {
+    if (file.path().extension() != ".captions") continue;
+    ++captions;
+    INFO(file.path());
+    const std::string text = read_file(file.path());
+    const std::string set = escape_tex(text);
+    CHECK(std::ranges::count(set, '?') == std::ranges::count(text, '?'));
+  }
+  CHECK(captions > 50);
 }
 
 }  // namespace

@@ -60,7 +60,8 @@ std::string signs_in_tex(std::string text) {
       "α \\alpha β \\beta γ \\gamma δ \\delta Δ \\Delta ε \\varepsilon μ \\mu σ \\sigma τ \\tau χ \\chi "
       "θ \\theta φ \\varphi λ \\lambda ₀ _0 ₁ _1 ₂ _2 ₃ _3 ₄ _4 ₚ _p ² ^2 ³ ^3 ⁰ ^0 ¹ ^1 ⁴ ^4 ⁵ ^5 ⁶ ^6 "
       "⁷ ^7 ⁸ ^8 ⁹ ^9 ⁻ ^- | | ½ {}^1\\!/_2 ≈ \\approx − - ± \\pm ≤ \\le ≥ \\ge × \\times √ \\surd "
-      "° ^\\circ ∝ \\propto ⟨ \\langle ⟩ \\rangle κ \\kappa");
+      "° ^\\circ ∝ \\propto ⟨ \\langle ⟩ \\rangle κ \\kappa ᵅ ^\\alpha ᵝ ^\\beta ᵞ ^\\gamma ᵏ ^k ᵢ _i "
+      "η \\eta ν \\nu ∂ \\partial ′ ^\\prime");
   for (std::string sign, tex; mathematics >> sign >> tex;)
     signs.emplace_back(sign, fmt::format("\\ensuremath{{{}}}", tex));
   for (const auto& [sign, tex] : signs) {

@@ -458,10 +458,10 @@ std::vector<KeyProblem> find_gate_problems(const Experiment& e) {
   for (const auto& [claim, verdict] : e.expected_verdicts) {
     if (std::find(known.begin(), known.end(), claim) == known.end()) {
       const auto meant = nearest_name(claim, known);
-      problems.push_back(
-          {"gate.expect." + claim, fmt::format("there is no such claim, so that nothing would be held against it; {}",
-                                               meant ? fmt::format("did you mean {}?", *meant)
-                                                     : fmt::format("known are {}", fmt::join(known, ", ")))});
+      problems.push_back({"gate.expect." + claim,
+                          fmt::format("nothing that is asked for tests such a claim; leave the line out, or {}",
+                                      meant ? fmt::format("did you mean {}?", *meant)
+                                            : fmt::format("name one of {}", fmt::join(known, ", ")))});
     } else if (std::find(all_verdicts.begin(), all_verdicts.end(), verdict) == all_verdicts.end()) {
       problems.push_back({"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
                                                               fmt::join(all_verdicts, ", "))});

@@ -473,7 +473,7 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
   if (empty == EmptyFile::refused && reader.has_read_nothing()) {
     throw InputError(fmt::format(
         "{}: there is no key in it, so that it may be empty by mistake, and the defaults are hours of work; "
-        "write at least one, for example [experiment] name = \"...\"",
+        "write at least one, for example a line [friction] and below it mu = [0.3]",
         file));
   }
   for (const std::string& assignment : overrides) reader.override_by(assignment);
