@@ -487,8 +487,8 @@ Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesyste
     if (table.empty()) continue;
     const std::string file = plot.add_data("mu-" + exact(head.mu), table),
                       colour = ink_of_series(plot.key.entries.size() - 1).colour;
-    peaks.add(file, "1:2:3", Ink{colour, 7}.joined_bars(1, 0.6));
-    peaks.add(file, "1:4:5", Ink{colour, 13}.joined_bars(1, 0.7, 2));
+    peaks.add(file, "1:2:3", Ink{colour, 7}.joined_bars(1, 0.6), "xₚ, μ = " + mu.back());
+    peaks.add(file, "1:4:5", Ink{colour, 13}.joined_bars(1, 0.7, 2), "W, μ = " + mu.back());
   }
   if (profiles.curves.empty() || peaks.curves.empty()) {
     throw InputError(

@@ -231,7 +231,7 @@ void add_tables(Plot& plot, const ForceStatistics& one) {
   CsvTable joint({"N: mean weights", "T_over_mu_N: dimensionless", "angle_from_vertical: degrees",
                   "density: per mean weight and unit of T_over_mu_N"});
   const std::vector<Estimate> counts = counts_per_bead(one.bands.back().blocks);
-  for (std::size_t i = 0; i < map_normals * map_mobilisations; ++i) {
+  for (std::size_t i = 0; i < (map_normals - 1) * map_mobilisations; ++i) {  // the last row of N is open
     const std::size_t row = i / map_mobilisations, column = i % map_mobilisations;
     const double N = (static_cast<double>(row) + 0.5) / map_per_unit;
     const double mobilised_by = (2 * static_cast<double>(column) + 1) / map_mobilisations - 1;

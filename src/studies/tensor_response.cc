@@ -275,7 +275,8 @@ TensorResponse measure_tensor(const MeasuredEnsemble& ensemble, DeepMeasurement 
       bands = measure_dispersion(sums, row_at(before), row_at(lag), {0, longest},
                                  {response.c_thrust.value / geometry.twice_sine, rough_D});
     }
-    depth.D = bands.empty() ? Estimate{.reason = unknown} : bands.front().D;
+    depth.D = bands.empty() ? Estimate{.reason = by == DeepMeasurement::loads ? "loads do not measure it" : unknown}
+                            : bands.front().D;
     depth.D.value *= std::pow(geometry.twice_sine, 2);
     depth.D.standard_error *= std::pow(geometry.twice_sine, 2);
     depth.profile = profile_of(tensors, by == DeepMeasurement::loads ? 1 : loads, ensemble.spec, sums.rows.shifted(lag),
@@ -309,6 +310,7 @@ void to_json(Json& json, const TensorResponse& one) {
           {"c_thrust_squared", ratio},
           {"depths", one.depths},
           {"stresses", Json::array()}};
+  if (one.by == DeepMeasurement::loads) json["by"] = "loads";
   // Where each load presses most.
   for (const ClosureAtDepth& depth : one.depths) {
     for (const auto& [symbol, load] : {std::pair("↓", vertical), {"→", horizontal}}) {
@@ -429,10 +431,12 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
     const std::string mu = (by_loads ? "loads-mu-" : "mu-") + exact(one.spec.sampler.mu),
                       file = plot.add_data(mu, table);
     plot.add_data("stresses-" + mu, stress_table(one));
-    share.add(file, "1:2:3", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0));
+    const std::string told =
+        "below: μ = " + caption_number(one.spec.sampler.mu) + (by_loads ? ", by loads (multiplexed)" : "");
+    share.add(file, "1:2:3", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0), told);
     if (!by_loads) share.add(file, "1:4", ink.joined(0.8, 0.2, 2));
-    ratio.add(file, "1:5:6", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0));
-    if (!by_loads) plot.add_key("below: μ = " + caption_number(one.spec.sampler.mu), ink.joined(0.9, 0.5));
+    ratio.add(file, "1:5:6", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0), told);
+    if (!by_loads) plot.add_key(told, ink.joined(0.9, 0.5));
     loaded = loaded || by_loads;
   }
   if (loaded) plot.add_key("by loads (multiplexed)", {.width = 0.9, .dash = 3});

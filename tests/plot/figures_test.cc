@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <sstream>
@@ -10,6 +11,8 @@
 #include "plot/bead_forces.h"
 #include "plot/depth_figures.h"
 #include "plot/figure_captions.h"
+#include "plot/plot.h"
+#include "plot/plot_texts.h"
 #include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
 #include "sampling/sampler.h"
@@ -221,6 +224,25 @@ TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
   const Figure against = plot_propagation_against_diffusion(analysis, run.path());
   check_whole(against, run.path());
   CHECK_FALSE(contains(against.details, "α = 0"));
+  CHECK_FALSE(contains(against.alternative, "c falls"));
+}
+
+TEST_CASE("Five values of something have five blues, each clearly darker than the one before") {
+  const TemplateVariables colours = plot_colours();
+  double before = 100;
+  for (std::size_t i = 0; i < 5; ++i) {
+    const std::string hex = colours.at(ink_of_value(i).colour);
+    INFO(i << ": " << hex);
+    double luminance = 0;  // of sRGB, roughly
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double share = std::stoi(hex.substr(1 + 2 * c, 2), nullptr, 16) / 255.0;
+      luminance += std::array{0.2126, 0.7152, 0.0722}[c] * std::pow(share, 2.2);
+    }
+    const double lightness = 116 * std::cbrt(luminance) - 16;  // of CIE L*, where 2 is just noticed
+    CHECK(lightness < before - 10);
+    CHECK(lightness < 75);
+    before = lightness;
+  }
 }
 
 TEST_CASE("c against D shows the fit, both kinds of points, and names every point once") {
@@ -231,6 +253,7 @@ TEST_CASE("c against D shows the fit, both kinds of points, and names every poin
   CHECK(contains(figure.details, "μ = 0 (exact)"));
   CHECK(contains(figure.details, "μ = 0.6"));
   CHECK(contains(figure.details, "α = 0.688(43)"));
+  CHECK(contains(figure.alternative, "c falls with the diffusion coefficient D"));
   const std::string svg = read_file(run.path() / figure.screen), script = read_file(run.path() / figure.script);
   for (const char* label : {"diffusion coefficient D  (bead diameters)", "propagation coefficient c", "over law",
                             "c₀ = tan 30°", "slopes: α = 0.688(43)"}) {

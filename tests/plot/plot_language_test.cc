@@ -27,6 +27,13 @@ TEST_CASE("Texts are translated by whole words, the longest phrase first") {
   CHECK_THROWS_AS(catalogue_of("xx"), InputError);
 }
 
+TEST_CASE("French sets a space before the colon of a label, and German has its own word for a multiplexed load") {
+  const std::string_view french = catalogue_of("fr");
+  CHECK(in_terms("the paper, for c: 1", french) == "l'article, pour c : 1");
+  CHECK(in_terms("narrow deep piles: unknown", french) == "piles étroites et profondes : inconnu");
+  CHECK(in_terms("by loads (multiplexed)", catalogue_of("de")) == "durch Lasten (gemultiplext)");
+}
+
 // check_at_widths_of_journals asks the same of the names of axes and curves of every figure.
 TEST_CASE("The built-in languages have a word for what the program says in certain cases only") {
   for (const char* language : {"fr", "de"}) {

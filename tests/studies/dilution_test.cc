@@ -144,6 +144,8 @@ TEST_CASE("the report of opened contacts says whether the peaks merge, with tabl
   check_at_widths_of_journals(run / "figures", responses.id);
   CHECK(contains(read_file(run.path() / "figures/solvable-piles-mu-0.3-size-9.csv"), "\n0.05,0.25,"));
   CHECK(contains(read_file(run.path() / "figures/diluted-response-mu-0.3.csv"), "\n0.08,4.1,"));
+  // Colour and marker of W are those of a response, too: its points are told to be its own.
+  CHECK(contains(read_file(run.path() / "figures/diluted-response.json"), "\"W, μ = 0.3\""));
   all.responses[1].peaks = 1;
   CHECK(contains(study_page(*dilution_study(all)).html, "merge the two peaks"));
   CHECK_THROWS_AS(plot_solvable_shares({}, run.path()), InputError);

@@ -10,6 +10,7 @@
 #include "plot/figure_texts.h"
 #include "studies/made_up_ensemble.h"
 #include "studies/study_page.h"
+#include "support/files.h"
 
 namespace granuscope {
 
@@ -124,6 +125,10 @@ TEST_CASE("Forces of sampled piles: moments, tails, a page and a figure") {
   CHECK(test::contains(figure.details, "(μ = 0.3)"));
   for (const char* file : {"mu-0.1-map", "q-model-weights"})
     CHECK(std::filesystem::exists(run.path() / "figures" / fmt::format("force-statistics-{}.csv", file)));
+  // The last of the bins of 1/8 mean weight counts all larger forces, too.
+  const std::string map = read_file(run / "figures" / "force-statistics-mu-0.1-map.csv");
+  CHECK(test::contains(map, "\n2.8125,"));
+  CHECK_FALSE(test::contains(map, "\n2.9375,"));
 }
 
 TEST_CASE("Bands of force statistics stay apart") {

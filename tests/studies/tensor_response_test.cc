@@ -12,9 +12,11 @@
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "model/lattice.h"
 #include "model/pile.h"
 #include "plot/figure_texts.h"
+#include "report/number_text.h"
 #include "sampling/sampler.h"
 #include "studies/made_up_ensemble.h"
 #include "studies/study.h"
@@ -163,6 +165,15 @@ TEST_CASE("Without friction stresses are two peaks of one bead at z tan(angle), 
     for (const auto& one : study->json())
       CHECK(value(one.at("depths").at(0), "eta") == Approx(std::pow(geometry.tangent, 2)).epsilon(1e-6));
     CHECK(std::abs(value(study->json().at(0).at("depths").at(0), "nu")) < 1e-6);
+    CHECK(study->json().at(1).at("depths").at(0).at("D").at("reason") == "loads do not measure it");
+    nlohmann::ordered_json summary{{"results", nlohmann::ordered_json::array()}, {"tensor_response", study->json()}};
+    for (auto& depth : summary["tensor_response"][0]["depths"]) depth["eta"] = nullptr;
+    const std::string names = list_numbers(summary.dump(), "csv", {.all = true, .only = {}});
+    CHECK_FALSE(test::contains(names, "tensor_response/mu-0.3/depths/1/eta,"));
+    CHECK(test::contains(names, "tensor_response/mu-0.3-by-loads/depths/1/eta,"));
+    const test::TemporaryFolder run;
+    const std::string figure = study->figures({}).at(0)(run.path()).id;
+    CHECK(test::contains(read_file(run / "figures" / (figure + ".json")), "μ = 0.3, by loads (multiplexed)"));
     for (const bool by_loads : {false, true}) {
       // Where only the modes that carry weight are taken, peaks are wider than a bead.
       const auto rows = stresses_of(*study, by_loads ? "loads-mu-0.3" : "mu-0.3");

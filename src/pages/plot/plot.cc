@@ -39,7 +39,7 @@ Ink ink_of_series(std::size_t index) {
 }
 
 Ink ink_of_value(std::size_t index) {
-  constexpr std::array colours = {"light_blue", "blue", "dark_blue"};
+  constexpr std::array colours = {"light_blue", "bright_blue", "blue", "deep_blue", "dark_blue"};
   return {colours[index % colours.size()], filled_markers[index % filled_markers.size()]};
 }
 

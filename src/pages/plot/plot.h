@@ -47,7 +47,8 @@ struct Ink {
 /// markers after seven. None has the colour in which another reading stands beside this run's.
 Ink ink_of_series(std::size_t index);
 
-/// The same with one curve for each value of something, such as mu: shades of the colour of this run.
+/// With one curve for each value of something, such as mu: the same markers, and five shades of the colour of this run,
+/// from light to dark.
 Ink ink_of_value(std::size_t index);
 
 /// What is plotted: columns of a file, or a function of $1 from one x to another.

@@ -29,7 +29,8 @@ TemplateVariables plot_colours() {
   TemplateVariables colours;
   for (std::size_t i = 0; i < names.size(); ++i) colours[names[i]] = to_hex(okabe_ito[i]);
   const std::vector<Rgb>& blues = palette.colours("blues");
-  for (const auto& [name, i] : {std::pair{"light_blue", 0U}, {"dark_blue", 1U}}) colours[name] = to_hex(blues.at(i));
+  for (std::size_t i = 0; const char* name : {"light_blue", "bright_blue", "deep_blue", "dark_blue"})
+    colours[name] = to_hex(blues.at(i++));
   colours["frame"] = to_hex(palette.colour("frame"));
   return colours;
 }

@@ -133,7 +133,9 @@ class NumberList {
     if (element.is_object()) {
       for (const std::string& key : {scanned_, std::string("mu"), std::string("layer")}) {
         if (element.contains(key) && element[key].is_number()) {
-          return fmt::format("{}-{}", key, exact(element[key].get<double>()));
+          const auto by = element.find("by");  // two of the same mu are told apart
+          return fmt::format("{}-{}{}", key, exact(element[key].get<double>()),
+                             by != element.end() && by->is_string() ? "-by-" + by->get<std::string>() : "");
         }
       }
       for (const char* key : {"id", "change", "law", "estimator"}) {
