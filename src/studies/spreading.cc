@@ -252,6 +252,8 @@ void to_json(Json& json, const DeepResponse& one) {
           {"columns", one.spec.lattice.columns},
           {"layers", one.spec.lattice.layers},
           {"samples", one.samples}};
+  if (one.by != DeepMeasurement::fluctuations)  // two of the same mu have names of their own
+    json["by"] = one.by == DeepMeasurement::wide ? "wide-rings" : "loads";
   if (one.by != DeepMeasurement::loads) {
     const FluctuationPlan plan = fluctuation_plan(one.spec);
     json["reference_lag"] = plan.reference;

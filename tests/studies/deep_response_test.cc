@@ -374,6 +374,7 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   const MeasuredEnsemble few{loads, run_ensemble(loads, 0, nullptr)};
   const DeepResponse response = measure_spreading(few, DeepMeasurement::loads, 2);
   REQUIRE(response.lags.size() == 4);
+  CHECK(nlohmann::ordered_json(response).at("by") == "loads");  // a name of its own beside the same mu
   CHECK(response.lags[0].lag == 32);
   CHECK(response.bands.empty());
   CHECK(std::abs(response.octaves[1].c.value - 0.5575) < 5 * response.octaves[1].c.standard_error + 0.001);
