@@ -126,6 +126,8 @@ TEST_CASE("A claim that a number is not another theory's is decided by that numb
 TEST_CASE("What more piles would decide is said, and how many") {
   // (0.2/3)^2 = 0.0044 is the variance allowed; 0.2^2 = 0.04 is 9 times that.
   CHECK_THAT(cost_of_deciding(known(1, 0.2), {.value = 1}, 1.2), Contains("about 9.0 times as many piles"));
+  // Not "1.0 times as many".
+  CHECK_THAT(more_piles(1.04), Contains("somewhat more piles"));
   CHECK_THAT(cost_of_deciding(known(1, 0.2), {.value = 1, .tolerance = 0.1}, 1.2),
              Contains("more piles do not decide"));
   Estimate systematic = known(1, 0.2);

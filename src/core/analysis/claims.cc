@@ -234,7 +234,7 @@ std::string cost_of_deciding(const Estimate& measured, const PaperNumber& paper,
 }
 
 std::string more_piles(double factor) {
-  if (factor < 1) return "somewhat more piles would decide it";
+  if (factor < 1.05) return "somewhat more piles would decide it";
   if (!(factor < 1000)) return "more than a thousand times as many piles would be needed";
   return fmt::format("about {} times as many piles would decide it", significant(factor, 2));
 }

@@ -40,8 +40,8 @@ std::vector<Replicated> replicated(const std::vector<ForceSums>& blocks,
   for (const ForceSums& block : blocks) {
     ForceSums rest = all;
     std::ranges::transform(all, block, rest.begin(), std::minus<>());
-    const std::vector<double> values = f(rest);
-    for (std::size_t i = 0; i < values.size(); ++i) numbers[i].without_block.push_back(values[i]);
+    const std::vector<double> without = f(rest);
+    for (std::size_t i = 0; i < without.size(); ++i) numbers[i].without_block.push_back(without[i]);
   }
   return numbers;
 }

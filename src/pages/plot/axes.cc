@@ -353,9 +353,9 @@ SlopeTriangle place_slope_triangle(double slope, const std::string& text, const 
       const bool tip = bottom / panel.height > left / panel.width;
       const double x = tip ? left : left + width - across, y = tip ? bottom : bottom + height - up;
       const double line = tip ? bottom + height - line_height : bottom;
-      const double air =
+      const double clear =
           std::min(air_around({x, x + across, y, y + up}), air_around({left, left + width, line, line + line_height}));
-      const double merit = std::min(air, free) - 0.001 * std::max(air - free, 0.0);
+      const double merit = std::min(clear, free) - 0.001 * std::max(clear - free, 0.0);
       if (merit <= best) continue;
       best = merit;
       const auto share = [&](double along, double high) {
