@@ -2,7 +2,6 @@
 // with the shape of their tails, beside the q-model, whose weights are known (Coppersmith et al., Phys. Rev. E 53, 4673
 // (1996)).
 #include <fmt/format.h>
-#include <gsl/gsl_cdf.h>
 
 #include <algorithm>
 #include <cmath>
@@ -130,8 +129,7 @@ Json form_json(const TailPoints& points, const Replicated& k, bool fitted) {
   LineTest test = points.test(std::isfinite(k.value) ? k.value : 1);
   if (!std::isfinite(k.value)) test = {.reason = "no power from 0.2 to 6 has the least chi^2"};
   if (fitted && test.reason.empty()) --test.degrees_of_freedom;
-  const double n = static_cast<double>(blocks), d = test.degrees_of_freedom;
-  const double chance = d > 0 ? gsl_cdf_fdist_Q(test.chi2 / d * (n - d) / (n - test.points), d, n - d) : std::nan("");
+  const double chance = chance_of(test, blocks);
   Replicated scale{points.scale(k.value), {}};
   for (std::size_t b = 0; b < blocks; ++b) scale.without_block.push_back(points.without(b).scale(k.without_block[b]));
   Json json = test;

@@ -302,6 +302,7 @@ LawOnPiles measure_law(const MeasuredEnsemble& ensemble) {
   result.samples = sums.samples();
   result.failed = record.failed.size();
   result.effective_samples = effective_samples(sums);
+  result.flat = test_flat_law(sums);
   result.draws_per_bead = per_bead(counts.uniforms);
   result.pair_per_bead = per_bead(counts.repaired_by_pair);
   result.arc_per_bead = per_bead(counts.repaired_by_arc + counts.repaired_by_ring);
@@ -398,6 +399,7 @@ void to_json(Json& json, const LawOnPiles& one) {
                    {"c_thrust", one.c_thrust},
                    {"weight_variance", one.weight_variance},
                    {"depths", one.depths}});
+  if (!one.flat.means.empty()) json["flat_law"] = one.flat;
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
 }
 

@@ -20,6 +20,7 @@ struct LawOnPiles {
   std::uint64_t samples = 0;  ///< piles that entered
   std::uint64_t failed = 0;   ///< piles that could not be completed
   Estimate effective_samples;
+  FlatTest flat;                     ///< polytope with lambda = 0
   double burn_in = 0, thinning = 0;  ///< polytope: sweeps, as measured; otherwise not a number
   double draws_per_bead = 0;         ///< uniform numbers per bead, whatever was thrown away included
   double pair_per_bead = 0, arc_per_bead = 0,

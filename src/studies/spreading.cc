@@ -127,6 +127,7 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   response.spec = ensemble.spec;
   response.samples = sums.samples();
   if (ensemble.spec.sampler.law == Law::polytope) response.effective_samples = effective_samples(sums);
+  response.flat = test_flat_law(sums);
   FitSpec fit;
   fit.min_identifiable_width = least_width;
   std::vector<MeasuredDepth> depths(sums.layers.size() - first);
@@ -267,6 +268,7 @@ void to_json(Json& json, const DeepResponse& one) {
                    {"dispersion", one.bands},
                    {"c_thrust", one.c_thrust}});
   if (one.spec.sampler.law == Law::polytope) json["effective_samples"] = one.effective_samples;
+  if (!one.flat.means.empty()) json["flat_law"] = one.flat;
 }
 
 namespace {
@@ -551,6 +553,10 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
         make_key(table(), "base_step", "layers", "distance of the base layers", base_step_,
                  KeyRange{}.within(1, most_base_step)),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+        make_key(table(), "effective_samples", "piles",
+                 "independent piles that each ensemble is to be worth, by the errors of thrust and weights: it grows "
+                 "until then, as far as samples; 0: all samples are drawn",
+                 effective_samples_, KeyRange{.least = 0}),
         make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
                  friction_range_above_zero()),
         make_key(table(), "loaded_mu", "",
@@ -594,7 +600,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
       for (const double one : mu) {
         all.push_back({fmt::format("deep response{}, mu = {}", label, one),
                        fmt::format("deep-response{}-mu-{}", file, exact(one)), spec_at(main, by, one),
-                       static_cast<int>(by)});
+                       static_cast<int>(by), effective_samples_});
       }
     };
     add(DeepMeasurement::fluctuations, mu_, "", "");
@@ -647,6 +653,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   int columns_ = 720;
   int reference_lag_ = ResponseSpec().reference_lag, first_base_ = 0, base_step_ = ResponseSpec().base_step;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
+  double effective_samples_ = 0;
   std::uint64_t loaded_samples_ = 0;
   int loaded_run_ = 1;
   int threads_ = 0;

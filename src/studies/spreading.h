@@ -65,6 +65,7 @@ struct DeepResponse {
   PowerOfDepth deep;                ///< from the third lag before the last one to the last, at least z = 111
   Estimate c_thrust;                ///< of the same layers
   Estimate effective_samples = {};  ///< of chains, from the same layers (analysis/jackknife.h)
+  FlatTest flat = {};               ///< likewise
 };
 
 /// Longer than the usual reference lag: modes that only shorter ones have are drowned in noise.

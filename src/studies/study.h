@@ -99,7 +99,8 @@ struct StudyEnsemble {
   std::string label;  ///< "small friction, mu = 0.1", in messages and timings
   std::string file;   ///< name of its file in ensembles/, without .h5
   EnsembleSpec spec;
-  int part = 0;  ///< which of the study's measurements it is for: the study's own numbers
+  int part = 0;          ///< which of the study's measurements it is for: the study's own numbers
+  double effective = 0;  ///< not 0: drawn until it is worth so many independent piles, the samples of spec at most
 };
 
 /// Whether the experiment says nothing of the key of this path, so that its value follows from others.

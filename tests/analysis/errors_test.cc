@@ -1,4 +1,5 @@
 // Errors: jackknife, effective samples, error against time, precision, and what shared numbers do.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -11,7 +12,9 @@
 #include "analysis/scaling.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
+#include "ensemble/estimator.h"
 #include "kit/small_piles.h"
+#include "sampling/sampler.h"
 #include "storage/block_sums.h"
 
 namespace granuscope {
@@ -94,6 +97,73 @@ TEST_CASE("Independent piles count in full, those of a chain hardly left to run 
   REQUIRE(chained.known());
   CAPTURE(chained.value, chained.standard_error);
   CHECK(chained.value + 5 * chained.standard_error < 2048);
+}
+
+namespace {
+
+/// Of each `blocks` blocks of an ensemble, its chance under the flat law.
+std::vector<double> flat_chances(const BlockSums& sums, std::size_t blocks) {
+  std::vector<double> chances;
+  for (std::size_t first = 0; first + blocks <= sums.count.size(); first += blocks)
+    chances.push_back(test_flat_law(take_blocks(sums, first, blocks)).chance);
+  std::ranges::sort(chances);
+  return chances;
+}
+
+EnsembleSpec flat_piles(LatticeSpec lattice, int blocks, std::uint64_t chains_of_block, std::uint64_t burn_in) {
+  EnsembleSpec spec = piles_of(Law::polytope, 0.3, lattice, 8 * chains_of_block * static_cast<std::uint64_t>(blocks));
+  spec.response.blocks = blocks;
+  spec.sampler.lambda = 0;
+  spec.sampler.burn_in = burn_in;
+  spec.sampler.thinning = 3;
+  return spec;
+}
+
+}  // namespace
+
+// Source: the law of the test itself; the same piles, weighed otherwise or not yet forgetful, are another law's.
+
+TEST_CASE("Chances of the flat law's test are uniform for its piles, though those of a chain depend on each other",
+          "[unsanitized]") {
+  constexpr int repetitions = 100;
+  const std::vector<double> chances =
+      flat_chances(run_ensemble(flat_piles({5, 5}, 16 * repetitions, 2, 100), 2, nullptr).sums, 16);
+  REQUIRE(chances.size() == repetitions);
+  double distance = 0;  // of Kolmogorov and Smirnov
+  for (std::size_t i = 0; i < chances.size(); ++i) {
+    const auto n = static_cast<double>(chances.size()), at = static_cast<double>(i);
+    distance = std::max({distance, std::abs(chances[i] - at / n), std::abs(chances[i] - (at + 1) / n)});
+  }
+  CAPTURE(distance, chances.front(), chances.back());
+  CHECK(distance * std::sqrt(1.0 * repetitions) < 1.63);  // 1 %
+}
+
+TEST_CASE("The flat law's test sees piles of another law, chains that drift, and an incomplete chain") {
+  const EnsembleSpec spec = flat_piles({5, 5}, 16, 4, 100);
+  SamplerSpec weighed = spec.sampler;  // by the lengths of its beads' intervals
+  weighed.lambda = 1;
+  const auto sampler = make_sampler(weighed, Lattice(spec.lattice));
+  BlockSums sums = begin_ensemble(spec).sums;
+  Pile pile{Lattice(spec.lattice)};
+  for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
+    const int block = static_cast<int>(sample / group_size) % 16;
+    REQUIRE_FALSE(sampler->draw(sample, top_load(spec), pile));
+    LayerObservables(spec, sums, block).add(pile);
+    ++sums.count[static_cast<std::size_t>(block)];
+  }
+  const FlatTest other = test_flat_law(sums);
+  CAPTURE(other.chance, other.means[0].value, other.means[0].standard_error);
+  CHECK(other.chance < 1e-6);
+  CHECK(other.all_zero.degrees_of_freedom == 5);
+  // A ring whose longest wave takes some 40 sweeps to come up from the start.
+  const FlatTest drifts = test_flat_law(run_ensemble(flat_piles({48, 40}, 16, 2, 1), 2, nullptr).sums);
+  for (const Estimate& mean : drifts.means) UNSCOPED_INFO(mean.value << " +- " << mean.standard_error);
+  CAPTURE(drifts.chance);
+  CHECK(drifts.chance < 1e-4);
+  EnsembleSpec incomplete = flat_piles({5, 5}, 16, 2, 10);
+  incomplete.response.samples -= 3;
+  CHECK(std::isnan(test_flat_law(run_ensemble(incomplete, 1, nullptr).sums).chance));
+  CHECK(test_flat_law(run_ensemble(piles_of(Law::granusolve), 1, nullptr).sums).means.empty());
 }
 
 TEST_CASE("What a chain ran for is kept with the main results") {

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "analysis/jackknife.h"
 #include "kit/sanitized.h"
 #include "kit/set_key.h"
 #include "kit/small_experiment.h"
@@ -17,6 +18,7 @@
 #include "pipeline/pipeline.h"
 #include "pipeline/sample_stage.h"
 #include "quiet_run.h"
+#include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/process.h"
@@ -240,6 +242,47 @@ TEST_CASE("more samples of a study go on from what is there, too") {
   run(at_once, 520);
   const char* const file = "ensembles/deep-response-mu-0.3.h5";
   CHECK((read_file(step_by_step / file) == read_file(at_once / file)));
+}
+
+TEST_CASE("chains of a study grow until they are worth the piles asked for, to the bytes of as many samples") {
+  const TemporaryFolder growing, at_once;
+  Experiment experiment = small_experiment();
+  experiment.mu = {0.0};
+  experiment.sampling.law = Law::polytope;
+  experiment.sampling.lambda = 0;
+  experiment.sampling.burn_in = 8;
+  experiment.sampling.thinning = 2;  // of piles that take ten sweeps or more
+  for (const char* key : {"octaves", "first_lag", "reference_lag", "first_base", "base_step"})
+    set_key(experiment, std::string("studies.deep_response.") + key, std::int64_t{key[0] == 'o' ? 3 : 1});
+  set_key(experiment, "studies.deep_response.mu", numbers({0.3}));
+  set_key(experiment, "studies.deep_response.columns", std::int64_t{24});
+  set_key(experiment, "studies.deep_response.samples", std::int64_t{4096});
+  set_key(experiment, "studies.deep_response.effective_samples", 300.0);
+  const auto configuration = [](const TemporaryFolder& folder) {
+    return read_ensemble_configuration(folder / "ensembles/deep-response-mu-0.3.h5");
+  };
+  const std::vector<PlannedStep> plan = plan_and_draw(experiment, growing);
+  CHECK_THAT(plan.back().what, Catch::Contains("by a rule of thumb"));
+  const std::uint64_t samples = count_in(configuration(growing), "samples");
+  CHECK(samples > 300);
+  CHECK(samples < 4096);
+  const EnsembleRecord grown = read_ensemble(growing / "ensembles/deep-response-mu-0.3.h5");
+  CHECK(effective_samples(grown.sums).value >= 300);
+  // As many are there already; more go on from there.
+  CHECK(plan_and_draw(experiment, growing).back().reused);
+  set_key(experiment, "studies.deep_response.effective_samples", 500.0);
+  CHECK_THAT(plan_and_draw(experiment, growing).back().what, Catch::Contains("by the errors so far"));
+  const std::uint64_t more = count_in(configuration(growing), "samples");
+  CHECK(more > samples);
+  set_key(experiment, "studies.deep_response.effective_samples", 0.0);
+  set_key(experiment, "studies.deep_response.samples", static_cast<std::int64_t>(more));
+  plan_and_draw(experiment, at_once);
+  const EnsembleRecord whole = read_ensemble(at_once / "ensembles/deep-response-mu-0.3.h5");
+  const EnsembleRecord stepwise = read_ensemble(growing / "ensembles/deep-response-mu-0.3.h5");
+  for (const auto& [name, quantity] : whole.sums.quantities) {
+    INFO(name);
+    CHECK(quantity.sum == stepwise.sums.quantities.at(name).sum);
+  }
 }
 
 namespace {

@@ -1,13 +1,17 @@
 #include "analysis/jackknife.h"
 
 #include <fmt/format.h>
+#include <gsl/gsl_cdf.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 
+#include "analysis/mean_response.h"
 #include "ensemble/ensemble_spec.h"
+#include "sampling/polytope.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -118,8 +122,11 @@ LineTest test_curve(int parameters, std::span<const double> x, const std::vector
     for (Eigen::Index b = 0; b < count; ++b) replicates(i, b) = y[k].without_block[static_cast<std::size_t>(b)];
   }
   // The directions in which a point can leave the curve.
-  const Eigen::MatrixXd rotation = Eigen::HouseholderQR<Eigen::MatrixXd>(design).householderQ();
-  const Eigen::MatrixXd across = rotation.rightCols(size - parameters).transpose();
+  Eigen::MatrixXd across = Eigen::MatrixXd::Identity(size, size);
+  if (parameters > 0) {
+    const Eigen::MatrixXd rotation = Eigen::HouseholderQR<Eigen::MatrixXd>(design).householderQ();
+    across = rotation.rightCols(size - parameters).transpose();
+  }
   const Eigen::MatrixXd deviations = replicates.colwise() - replicates.rowwise().mean();
   const Eigen::MatrixXd scatter = across * deviations;
   const auto n = static_cast<double>(blocks), m = static_cast<double>(y.size());
@@ -141,6 +148,30 @@ LineTest test_curve(int parameters, std::span<const double> x, const std::vector
 LineTest test_line(std::span<const double> x, const std::vector<Replicated>& y) { return test_curve(2, x, y); }
 
 LineTest test_parabola(std::span<const double> x, const std::vector<Replicated>& y) { return test_curve(3, x, y); }
+
+double chance_of(const LineTest& test, std::size_t blocks) {
+  const double n = static_cast<double>(blocks), d = test.degrees_of_freedom;
+  if (!(d > 0) || !std::isfinite(test.chi2)) return std::numeric_limits<double>::quiet_NaN();
+  return gsl_cdf_fdist_Q(test.chi2 / d * (n - d) / (n - test.points), d, n - d);
+}
+
+FlatTest test_flat_law(const BlockSums& sums) {
+  FlatTest test;
+  if (!sums.quantities.contains(flat_tests.front())) return test;
+  std::vector<Replicated> means;
+  for (const char* name : flat_tests) {
+    std::vector<Replicated> layers;
+    for (std::size_t row = 0; row < sums.layers.size(); ++row) layers.push_back(block_mean(sums, name, row));
+    means.push_back(mean_of(layers));
+    test.means.push_back(estimate(means.back()));
+  }
+  const auto whole = [](std::uint64_t samples) { return samples % PolytopeSampler::group == 0; };
+  test.all_zero.reason = "the last chain is incomplete: give a multiple of eight samples";
+  if (std::ranges::all_of(sums.count, whole)) test.all_zero = test_curve(0, std::vector<double>(means.size()), means);
+  test.all_zero.chi2 *= sums.scatter * sums.scatter;  // whether it is large enough is told by other numbers
+  test.chance = chance_of(test.all_zero, sums.count.size());
+  return test;
+}
 
 namespace {
 

@@ -92,6 +92,20 @@ LineTest test_line(std::span<const double> x, const std::vector<Replicated>& y);
 /// The same of a parabola through four points or more.
 LineTest test_parabola(std::span<const double> x, const std::vector<Replicated>& y);
 
+/// The chance of a larger chi^2 than that of a test over so many blocks, by the law of T^2.
+double chance_of(const LineTest& test, std::size_t blocks);
+
+/// Whether an ensemble has what every sample of the flat law has, see sampling/polytope.h.
+struct FlatTest {
+  std::vector<Estimate> means;  ///< of flat_tests over all recorded layers, each 0 on average; none of other laws
+  LineTest all_zero;            ///< of all of them together
+  double chance = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Blocks are independent however far the piles of a chain are not, so that the chance is uniform under the flat law as
+/// far as means over blocks are normal. Unknown, with the reason, where the last chain is incomplete.
+FlatTest test_flat_law(const BlockSums& sums);
+
 /// How many independent piles would have given the ensemble's standard errors: variance of one pile over the variance
 /// of the mean (jackknife over blocks), each summed over the layers in which the quantity scatters; the smaller number
 /// of "thrust" and "weight_variance". The number of samples for independent ones, less for a chain. Its relative

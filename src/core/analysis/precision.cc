@@ -21,17 +21,19 @@ double stopped_scatter(int blocks) { return 1 + 1.2 / (blocks - 1); }
 PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& measured, std::uint64_t samples) {
   PrecisionLook look;
   double ratio = 0;
-  const auto consider = [&](double target, const Estimate& number, const char* name) {
+  const auto consider = [&](double target, const Estimate& number, const char* name, bool is_count = false) {
     if (target <= 0) return;
     if (!number.known()) {
       look.unattainable = true;
       if (look.reason.empty()) look.reason = std::string(name) + " is unknown: " + number.reason;
       return;
     }
-    ratio = std::max(ratio, stopped_scatter(measured.spec.response.blocks) * number.standard_error / target);
+    const double times = is_count ? std::sqrt(target / number.value) : number.standard_error / target;
+    ratio = std::max(ratio, stopped_scatter(measured.spec.response.blocks) * times);
   };
   consider(asked.c, measured.c, "c");
   consider(asked.D, measured.D, "D");
+  consider(asked.effective, measured.effective_samples, "the number of effective piles", true);
   look.reached = !look.unattainable && ratio <= 1;
   look.samples_needed =
       look.unattainable ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(samples) * ratio * ratio;

@@ -8,13 +8,14 @@
 #include "analysis/shape_fit.h"
 
 namespace granuscope {
-/// Standard errors at which an ensemble is large enough.
+/// Standard errors, or effective samples (jackknife.h), at which an ensemble is large enough.
 struct PrecisionSpec {
   double c = 0;                          ///< of the slope c; 0: not asked for
   double D = 0;                          ///< of the slope D; 0: not asked for
   std::uint64_t most_samples = 100'000;  ///< piles per friction coefficient at which to give up
+  double effective = 0;                  ///< independent piles that it is to be worth; 0: not asked for
 
-  bool asked() const { return c > 0 || D > 0; }
+  bool asked() const { return c > 0 || D > 0 || effective > 0; }
 };
 
 /// The sizes at which a growing ensemble is looked at: half as many again each time. They depend on the first one only,

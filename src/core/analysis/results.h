@@ -144,6 +144,7 @@ struct Transport {
   bool chained = false;              ///< the piles come from chains (law polytope) and depend on each other
   double burn_in = 0, thinning = 0;  ///< of the chains, sweeps
   Estimate effective_samples;        ///< of the chains, see jackknife.h
+  FlatTest flat;                     ///< likewise
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< of the layers asked for

@@ -321,6 +321,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   if (const std::uint64_t chains = record.counts.chains; chains > 0) {
     t.chained = true;
     t.effective_samples = effective_samples(record.sums);
+    t.flat = test_flat_law(record.sums);
     t.burn_in = static_cast<double>(record.counts.burn_in) / static_cast<double>(chains);
     t.thinning = static_cast<double>(record.counts.thinning) / static_cast<double>(chains);
   }

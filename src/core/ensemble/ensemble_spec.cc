@@ -320,7 +320,8 @@ bool is_of_moved_loads(const Key& key) { return key.name == "overloads" || key.n
 /// Counted up when the sums of an estimator came to hold more.
 std::string versions_of_sums(const EnsembleSpec& spec) {
   return std::string(spec.response.estimator == EstimatorName::paired ? "paired_sums=4\n" : "") +
-         (spec.record_H ? "multiplexed_sums=2\n" : "") + (spec.record_forces ? "force_counts=1\n" : "");
+         (spec.record_H ? "multiplexed_sums=2\n" : "") + (spec.record_forces ? "force_counts=1\n" : "") +
+         (is_flat(spec.sampler) ? "flat_tests=1\n" : "");
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 
+#include "sampling/polytope.h"
+
 namespace granuscope {
 namespace {
 
@@ -76,32 +78,44 @@ std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers sam
   return std::make_unique<PointEstimator>(spec, samplers, sums, block);
 }
 
+namespace {
+
+std::span<const char* const> extras_of(const SamplerSpec& sampler) {
+  return is_flat(sampler) ? std::span<const char* const>(flat_tests) : extra_names(sampler.model);
+}
+
+}  // namespace
+
 std::vector<QuantityShape> LayerObservables::quantities(const EnsembleSpec& spec) {
   std::vector<QuantityShape> all = {{"thrust", 1}, {"weight_variance", 1}};
-  for (const char* extra : extra_names(spec.sampler.model)) all.push_back({extra, 1});
+  for (const char* extra : extras_of(spec.sampler)) all.push_back({extra, 1});
   return all;
 }
 
 LayerObservables::LayerObservables(const EnsembleSpec& spec, BlockSums& sums, int block)
-    : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {
-  for (const char* extra : extra_names(spec.sampler.model)) extras_.emplace_back(sums, extra, block);
+    : layers_(sums.layers), flat_(is_flat(spec.sampler)) {
+  for (const QuantityShape& one : quantities(spec)) all_.emplace_back(sums, one.name, block);
 }
 
-LayerMoments LayerObservables::of_layer(const PileGroup& group, int layer) {
-  LayerMoments observables = group.moments_of(layer);
+LayerObservables::Observed LayerObservables::of_layer(const PileGroup& group, int layer) const {
+  Observed observed{group.moments_of(layer), {}};
+  LayerMoments& moments = observed.moments;
   const double columns = group.lattice.columns(), mean = mean_weight(group.bead_weight, layer);
   for (std::size_t k = 0; k < group.piles; ++k) {
     const double total =
         std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0) + columns * group.weight_of_beads(layer);
-    observables.thrust[k] = group.lattice.geometry().cotangent * observables.thrust[k] / total;
-    observables.variance[k] /= columns * (mean * mean);
+    moments.thrust[k] = group.lattice.geometry().cotangent * moments.thrust[k] / total;
+    moments.variance[k] /= columns * (mean * mean);
+    for (std::size_t e = 0; !flat_ && e + 2 < all_.size(); ++e) observed.extras[k][e] = group.extra(layer, e, k);
   }
-  return observables;
+  if (flat_) observed.extras[0] = measure_flatness(group, layer);
+  return observed;
 }
 
-void LayerObservables::add(std::size_t l, double thrust, double variance) const {
-  thrust_.add(l, thrust);
-  variance_.add(l, variance);
+void LayerObservables::add(std::size_t l, const Observed& one, const Observed& other, std::size_t k) const {
+  all_[0].add(l, (one.moments.thrust[k] + other.moments.thrust[k]) / 2);
+  all_[1].add(l, (one.moments.variance[k] + other.moments.variance[k]) / 2);
+  for (std::size_t e = 0; e + 2 < all_.size(); ++e) all_[e + 2].add(l, (one.extras[k][e] + other.extras[k][e]) / 2);
 }
 
 void LayerObservables::add(const Pile& pile) const {
@@ -112,56 +126,43 @@ void LayerObservables::add(const Pile& pile) const {
 
 void LayerObservables::add(const PileGroup& group, Failures failures) const {
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const LayerMoments observables = of_layer(group, layers_[l]);
+    const Observed observed = of_layer(group, layers_[l]);
     for (std::size_t k = 0; k < group.piles; ++k) {
-      if (!failures[k]) add(l, observables.thrust[k], observables.variance[k]);
-    }
-    add_extras(l, group, group, failures);
-  }
-}
-
-void LayerObservables::add_extras(std::size_t l, const PileGroup& one, const PileGroup& other,
-                                  Failures failures) const {
-  for (std::size_t e = 0; e < extras_.size(); ++e) {
-    for (std::size_t k = 0; k < one.piles; ++k) {
-      if (!failures[k]) extras_[e].add(l, (one.extra(layers_[l], e, k) + other.extra(layers_[l], e, k)) / 2);
+      if (!failures[k]) add(l, observed, observed, k);
     }
   }
 }
 
 void LayerObservables::add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const {
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const LayerMoments a = of_layer(one, layers_[l]), b = of_layer(other, layers_[l]);
+    const Observed a = of_layer(one, layers_[l]), b = of_layer(other, layers_[l]);
     for (std::size_t k = 0; k < one.piles; ++k) {
-      if (!failures[k]) add(l, (a.thrust[k] + b.thrust[k]) / 2, (a.variance[k] + b.variance[k]) / 2);
+      if (!failures[k]) add(l, a, b, k);
     }
-    add_extras(l, one, other, failures);
   }
 }
 
 void LayerObservables::add_means(const PileGroup& group, Failures failures, const std::vector<int>& bases,
                                  int offset) const {
-  std::map<int, LayerMoments> observables;
+  std::map<int, Observed> observed;
+  const auto count = static_cast<double>(bases.size());
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    LayerMoments sum;
+    Observed mean{};
     for (const int base : bases) {
       const int layer = base + offset + layers_[l];
-      const auto [found, is_new] = observables.try_emplace(layer);
+      const auto [found, is_new] = observed.try_emplace(layer);
       if (is_new) found->second = of_layer(group, layer);
       for (std::size_t k = 0; k < group.piles; ++k) {
-        sum.thrust[k] += found->second.thrust[k];
-        sum.variance[k] += found->second.variance[k];
+        mean.moments.thrust[k] += found->second.moments.thrust[k];
+        mean.moments.variance[k] += found->second.moments.variance[k];
+        for (std::size_t e = 0; e + 2 < all_.size(); ++e) mean.extras[k][e] += found->second.extras[k][e];
       }
     }
-    const auto count = static_cast<double>(bases.size());
     for (std::size_t k = 0; k < group.piles; ++k) {
-      if (failures[k]) continue;
-      add(l, sum.thrust[k] / count, sum.variance[k] / count);
-      for (std::size_t e = 0; e < extras_.size(); ++e) {
-        double total = 0;
-        for (const int base : bases) total += group.extra(base + offset + layers_[l], e, k);
-        extras_[e].add(l, total / count);
-      }
+      mean.moments.thrust[k] /= count;
+      mean.moments.variance[k] /= count;
+      for (double& extra : mean.extras[k]) extra /= count;
+      if (!failures[k]) add(l, mean, mean, k);
     }
   }
 }

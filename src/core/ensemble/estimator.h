@@ -114,7 +114,7 @@ class BlockSlice {
 
 /// What every estimator sums of its piles, layer by layer: "thrust", sqrt(3) sum(H_R - H_L) / sum(w) over the contacts
 /// leaving the layer, and "weight_variance", the mean over columns of (w/<w> - 1)^2, <w> known exactly,
-/// and what the model counts besides (extra_names).
+/// and what the model counts besides (extra_names), or what tests the flat law (flat_tests).
 class LayerObservables {
  public:
   using Failures = std::span<const std::optional<SamplingFailure>>;
@@ -130,15 +130,17 @@ class LayerObservables {
   void add_means(const PileGroup& group, Failures failures, const std::vector<int>& bases, int offset) const;
 
  private:
-  /// The moments of a layer, divided by what makes them the observables.
-  static LayerMoments of_layer(const PileGroup& group, int layer);
-  void add(std::size_t l, double thrust, double variance) const;
-  /// Of both groups, the means; they may be the same one.
-  void add_extras(std::size_t l, const PileGroup& one, const PileGroup& other, Failures failures) const;
+  /// Of each pile of a group in one layer; extras: [pile, extra].
+  struct Observed {
+    LayerMoments moments;
+    std::array<std::array<double, 5>, group_lanes> extras;
+  };
+  Observed of_layer(const PileGroup& group, int layer) const;
+  void add(std::size_t l, const Observed& one, const Observed& other, std::size_t pile) const;
 
   const std::vector<int>& layers_;
-  BlockSlice thrust_, variance_;
-  std::vector<BlockSlice> extras_;
+  bool flat_;
+  std::vector<BlockSlice> all_;  ///< thrust, variance, extras
 };
 
 /// Adds the forces of piles to the sums of one block. Of a model without contacts only its weights.

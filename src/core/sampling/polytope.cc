@@ -561,6 +561,47 @@ void NullMove::add_to(Pile& forces, double t, double shift) const {
   forces.H_L[lrr] -= t;
 }
 
+std::array<double, flat_tests.size()> measure_flatness(const PileGroup& pile, int layer) {
+  if (pile.piles != 1 || pile.stride != 1 || pile.V_R == nullptr || !pile.kept.empty()) {
+    throw std::logic_error("flatness is measured of a single pile of which all forces are kept");
+  }
+  const Lattice& lattice = pile.lattice;
+  const FrictionCone cone(pile.mu, lattice.geometry());
+  const double columns = lattice.columns(), cotangent = cone.cotangent();
+  double position = 0, squared = 0, thrust = 0, variance = 0, halves = 0, shifted = 0;
+  for (int i = 0; i < lattice.columns(); ++i) {
+    const NullMove at(lattice, layer, i);
+    double low = -infinity, high = infinity;
+    const auto bound = [&](double slack, double growth) {
+      if (growth < 0) high = std::min(high, -slack / growth);
+      if (growth > 0) low = std::max(low, -slack / growth);
+    };
+    // V in shifts, h outwards.
+    const auto bound_contact = [&](double V, double h, double of_V, double of_h) {
+      bound(h - cone.t_minus() * V, of_h - cone.t_minus() * cotangent * of_V);
+      bound(cone.t_plus() * V - h, cone.t_plus() * cotangent * of_V - of_h);
+    };
+    const auto right = [&](std::size_t k, double V, double h) { bound_contact(pile.V_R[k], pile.H_R[k], V, h); };
+    const auto left = [&](std::size_t k, double V, double h) { bound_contact(pile.V_L[k], -pile.H_L[k], V, h); };
+    right(at.o, 0, 1), left(at.o, 0, 1);
+    if (at.layers_below >= 1) right(at.l, -1, -1), left(at.l, 1, 0), right(at.r, 1, 0), left(at.r, -1, -1);
+    if (at.layers_below >= 2) right(at.ll, 1, 0), right(at.lr, -1, -1), left(at.lr, -1, -1), left(at.rr, 1, 0);
+    if (at.layers_below == 3) right(at.llr, 0, 1), left(at.lrr, 0, 1);
+    if (low < high) {  // no corner
+      const double x = -(low + high) / (high - low);
+      position += x / columns;
+      squared += (1.5 * x * x - 0.5) / columns;
+    }
+    const double w = pile.weight(at.o), beside = w - mean_weight(pile.bead_weight, layer);
+    variance += beside * beside / columns;
+    thrust += (pile.H_R[at.o] - pile.H_L[at.o]) / columns;
+    halves += (2 * i < lattice.columns() ? w : -w) / columns;
+    shifted += (4 * i >= lattice.columns() && 4 * i < 3 * lattice.columns() ? w : -w) / columns;
+  }
+  const double rank = 2.0 / 7 * static_cast<double>(pile.first_sample % PolytopeSampler::group) - 1;
+  return {position, squared, rank * thrust, rank * variance, rank * (halves * halves + shifted * shifted)};
+}
+
 namespace {
 
 /// A slack that grows by less than this part of the forces does so by rounding only.

@@ -191,9 +191,9 @@ class PolytopeSampler final : public Sampler {
   PolytopeSampler(const SamplerSpec& spec, const Lattice& lattice);
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
 
- private:
-  static constexpr std::uint64_t group = 8;
+  static constexpr std::uint64_t group = 8;  ///< samples of a chain
 
+ private:
   std::optional<SamplingFailure> begin_chain(std::uint64_t sample, std::span<const double> load);
   void run(std::uint64_t sweeps);
 
@@ -249,6 +249,29 @@ ChainForecast estimate_chain_time(const SamplerSpec& spec, const Lattice& lattic
 /// The piles are the same; what is saved is one pilot for every sampler made. What was measured is remembered for as
 /// long as the program runs.
 SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load);
+
+/// Whether every admissible pile is alike under the law, which can be tested.
+inline bool is_flat(const SamplerSpec& spec) {
+  return spec.law == Law::polytope && spec.lambda == 0 && spec.mu > 0 && spec.model.is_beads();
+}
+
+/// What has the mean 0 under the flat law, whatever the load, and is measured of each layer:
+///
+///   position, position_squared   P_1 and P_2 of x, mean over the null moves of the layer's beads. x is where the pile
+///                                stands between the two ends, -1 and 1, of the line along which the cones allow the
+///                                move. Given the line, a flat law is uniform on it (hit-and-run: Smith, Operations
+///                                Research 32, 1296 (1984)), so that no Legendre polynomial has another mean;
+///   thrust_drift, weight_drift, wave_drift
+///                                thrust, mean square of w - 1 and power of the longest waves, times the rank of the
+///                                pile in its chain, -1 to 1. The sum over a chain is 0 on average once it has
+///                                forgotten its start (Geweke, in: Bayesian Statistics 4, 169 (1992)); for whole
+///                                chains.
+///
+/// Ends are found from forces and cones by themselves: a chain that draws from wrong intervals is seen, too.
+inline constexpr std::array<const char*, 5> flat_tests = {"position", "position_squared", "thrust_drift",
+                                                          "weight_drift", "wave_drift"};
+/// Of a single pile as a group, of which all forces of all layers are kept (std::logic_error otherwise).
+std::array<double, flat_tests.size()> measure_flatness(const PileGroup& pile, int layer);
 
 /// The law "granusolve", without what belongs to the chain alone: it draws the piles that chains start from.
 SamplerSpec start_of_chain(const SamplerSpec& spec);

@@ -70,7 +70,8 @@ class LayerSums {
 /// "correlation" (of the loads with the weights, as a spectrum; "correlation_H" with H), "propagation" (correlations of
 /// layers, see ensemble/estimator.h), "thrust" (sqrt(3) sum(H_R - H_L) / sum(w) of a layer),
 /// "weight_variance" (mean over columns of (w/<w> - 1)^2), "redrawn" and "redrawn_below_overload" (shares of a layer's
-/// beads), "response_thrust" (see ensemble/estimator.h). Which ones an ensemble holds depends on its estimator.
+/// beads), "response_thrust" (see ensemble/estimator.h), flat_tests (sampling/polytope.h). Which ones an ensemble holds
+/// depends on its estimator.
 struct BlockSums {
   std::vector<int> layers;           ///< which layers are recorded, ascending
   std::vector<std::uint64_t> count;  ///< samples that entered each block

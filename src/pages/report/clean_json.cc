@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sampling/polytope.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -46,6 +47,12 @@ void to_json(Json& json, const LineTest& test) {
   json["degrees_of_freedom"] = test.degrees_of_freedom;
   json["points"] = test.points;
   if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
+}
+
+void to_json(Json& json, const FlatTest& test) {
+  json = test.all_zero;
+  json["probability"] = finite_or_null(test.chance);
+  for (std::size_t i = 0; i < test.means.size(); ++i) json[flat_tests[i]] = test.means[i];
 }
 
 void to_json(Json& json, const RunningExponent& running) {

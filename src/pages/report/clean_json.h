@@ -33,6 +33,9 @@ void to_json(nlohmann::ordered_json& json, const ThrustAtDepth& depth);
 /// {"chi2", "degrees_of_freedom", "points"}.
 void to_json(nlohmann::ordered_json& json, const LineTest& test);
 
+/// The same with "probability" and the mean of each of flat_tests.
+void to_json(nlohmann::ordered_json& json, const FlatTest& test);
+
 /// {"at_low": {"value", "stderr", "at"}, "at_high", "about_law"}.
 void to_json(nlohmann::ordered_json& json, const RunningExponent& running);
 

@@ -107,6 +107,7 @@ void to_json(Json& json, const Transport& result) {
     json["sampler"]["effective_samples"] = result.effective_samples;
     json["sampler"]["burn_in"] = result.burn_in;
     json["sampler"]["thinning"] = result.thinning;
+    if (!result.flat.means.empty()) json["sampler"]["flat_law"] = result.flat;
   }
   if (json["sampler"]["draws_per_bead"].is_null()) json["sampler"]["reason"] = "no pile was completed";
 }

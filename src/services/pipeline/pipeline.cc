@@ -218,7 +218,9 @@ class Run {
       for (const StudyEnsemble& one : study->ensembles(experiment_)) {
         PlannedEnsemble planned = plan_ensemble(one, options_.folder);
         const double cost = seconds_to_draw(planned, threads_);
-        const MeasuredEnsemble ensemble = sampling_.obtain(planned);
+        MeasuredEnsemble ensemble = sampling_.obtain(planned);
+        const PrecisionOutcome enough = sampling_.reach_precision(planned, ensemble);
+        if (!enough.reason.empty()) log_line(options_.progress, "{}: {}", planned.label, enough.reason);
         progress_.finish(cost);
         if (!needs(Stage::analyse)) continue;
         timed(data_.timings, "analyse", [&] { study->add(one, ensemble); });

@@ -12,6 +12,7 @@
 #include "pipeline/block_files.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/sample_stage.h"
+#include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -77,7 +78,7 @@ const char* kind_of(const EnsembleSpec& spec) { return piles_per_sample(spec) ==
 
 /// How far an ensemble would still have to grow: from the errors of what is there, or else from those to be expected.
 PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options, PlannedEnsemble planned) {
-  const PrecisionSpec& asked = experiment.precision;
+  const PrecisionSpec& asked = planned.towards;
   const EnsembleSpec& spec = planned.spec;
   const bool multiplexed = spec.response.estimator == EstimatorName::multiplexed;
   Transport errors;
@@ -86,9 +87,10 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
       static_cast<std::uint64_t>(worth_of_sample(spec) * static_cast<double>(spec.response.samples)));
   errors.c = {0.5, expected.c, ""};
   errors.D = {0.1, expected.D, ""};
+  errors.effective_samples = {thinning_times * static_cast<double>(spec.response.samples), 0, ""};  // of a chain
   const std::optional<MeasuredEnsemble> ensemble = reuse_ensemble(planned, options.folder);
   const bool there = ensemble.has_value();
-  if (there) errors = measure_transport(*ensemble, experiment.fit, {}, options.threads).transport;
+  if (there) errors = measure_for_precision(planned, *ensemble, experiment.fit, options.threads);
   const PrecisionLook look = look_at_precision(asked, errors, spec.response.samples);
   std::uint64_t rounds = spec.response.samples / (group_size * static_cast<std::uint64_t>(spec.response.blocks)),
                 samples = spec.response.samples;

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "analysis/transport.h"
 #include "ensemble/estimator.h"
 #include "pipeline/block_files.h"
 #include "pipeline/shards.h"
@@ -249,13 +250,24 @@ namespace {
 
 /// What the stored configuration of a growing ensemble says beside its spec: from where it grew, and towards what.
 std::string growth_notes(std::uint64_t first_samples, const PrecisionSpec& asked) {
+  if (asked.effective > 0)
+    return fmt::format("first_samples={}\neffective={}\n", first_samples, exact(asked.effective));
   return fmt::format("first_samples={}\nprecision_c={}\nprecision_D={}\n", first_samples, exact(asked.c),
                      exact(asked.D));
 }
 
+/// Makes it begin with so many samples, in whole rounds, and grow from there.
+void let_grow(PlannedEnsemble& planned, std::uint64_t first_samples, const PrecisionSpec& towards) {
+  const std::uint64_t round = round_of(planned.spec);
+  planned.spec.response.samples = planned.grows_from = (first_samples + round - 1) / round * round;
+  planned.towards = towards;
+  planned.notes = growth_notes(planned.grows_from, towards);
+}
+
 /// A growing ensemble goes on from a smaller or equally demanding one of the same first size: where that one was looked
 /// at and found wanting, this one would have been, too. Then `planned` becomes what is there.
-void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, const std::filesystem::path& run_folder) {
+void look_for_smaller(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  const PrecisionSpec& asked = planned.towards;
   if (planned.reusable || !is_there(run_folder, planned.file)) return;
   const std::filesystem::path file = run_folder / planned.file;
   try {
@@ -266,11 +278,13 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
       return value > 0 ? value : std::numeric_limits<double>::infinity();
     };
     PrecisionSpec towards = asked;
+    towards.effective = std::isinf(number("effective")) ? 0 : number("effective");
     towards.c = std::isinf(number("precision_c")) ? 0 : number("precision_c");
     towards.D = std::isinf(number("precision_D")) ? 0 : number("precision_D");
     const bool no_less_demanding =
         (asked.c > 0 ? asked.c : std::numeric_limits<double>::infinity()) <= number("precision_c") &&
-        (asked.D > 0 ? asked.D : std::numeric_limits<double>::infinity()) <= number("precision_D");
+        (asked.D > 0 ? asked.D : std::numeric_limits<double>::infinity()) <= number("precision_D") &&
+        asked.effective >= towards.effective;
     if (!no_less_demanding) return;
     for (std::uint64_t rounds = planned.grows_from / round_of(planned.spec);
          rounds * round_of(planned.spec) <= asked.most_samples; rounds = next_size(rounds)) {
@@ -305,13 +319,12 @@ void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& r
 
 }  // namespace
 
-bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
-          const std::filesystem::path& run_folder) {
+bool grow(PlannedEnsemble& planned, EnsembleRecord record, const std::filesystem::path& run_folder) {
   const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.response.samples / round);
-  if (next > asked.most_samples) return false;
+  if (next > planned.towards.most_samples) return false;
   planned.groups_before = planned.spec.response.samples / group_size;
   planned.spec.response.samples = next;
-  planned.notes = growth_notes(planned.grows_from, asked);
+  planned.notes = growth_notes(planned.grows_from, planned.towards);
   planned.begun = groups_begun(planned, run_folder);
   planned.blocks_there = BlockFiles(planned, run_folder).count();
   planned.smaller = std::make_shared<const EnsembleRecord>(std::move(record));
@@ -320,10 +333,19 @@ bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord r
   return true;
 }
 
-std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed) {
+std::uint64_t expected_samples(const PlannedEnsemble& planned, double samples_needed) {
   const std::uint64_t round = round_of(planned.spec);
   return round * expected_size(planned.spec.response.samples / round, samples_needed / static_cast<double>(round),
-                               asked.most_samples / round);
+                               planned.towards.most_samples / round);
+}
+
+Transport measure_for_precision(const PlannedEnsemble& planned, const MeasuredEnsemble& ensemble, const FitSpec& fit,
+                                int threads) {
+  if (planned.towards.effective == 0) return measure_transport(ensemble, fit, {}, threads).transport;
+  Transport measured;
+  measured.spec = ensemble.spec;
+  measured.effective_samples = effective_samples(ensemble.record.sums);
+  return measured;
 }
 
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
@@ -339,13 +361,11 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     ensemble.file = std::filesystem::path("ensembles") / (scan.file_part(spec.sampler) + ".h5");
     ensemble.label = fmt::format("{} = {}", scan.name, value);
     if (!frictionless && experiment.precision.asked()) {
-      spec.response.samples = (spec.response.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
-      ensemble.grows_from = spec.response.samples;
-      ensemble.notes = growth_notes(spec.response.samples, experiment.precision);
+      let_grow(ensemble, spec.response.samples, experiment.precision);
     }
     look_for(ensemble, run_folder);
     if (ensemble.grows_from > 0) {
-      look_for_smaller(ensemble, experiment.precision, run_folder);
+      look_for_smaller(ensemble, run_folder);
     } else {
       look_for_beginning(ensemble, run_folder);
     }
@@ -359,6 +379,12 @@ PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem:
   planned.label = asked.label;
   planned.spec = asked.spec;
   planned.file = std::filesystem::path("ensembles") / (asked.file + ".h5");
+  if (asked.effective > 0) {
+    let_grow(planned, 1, {.most_samples = asked.spec.response.samples, .effective = asked.effective});
+    look_for(planned, run_folder);
+    look_for_smaller(planned, run_folder);
+    return planned;
+  }
   look_for(planned, run_folder);
   look_for_beginning(planned, run_folder);
   return planned;
@@ -477,34 +503,37 @@ std::string SampleStage::time_for(const EnsembleSpec& spec, std::uint64_t sample
 }
 
 PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble) {
-  const PrecisionSpec& asked = experiment_.precision;
   if (planned.grows_from == 0) return {};
+  const PrecisionSpec asked = planned.towards;
   PrecisionOutcome outcome{true, asked.c, asked.D, false, {}};
   bool counted = planned.reusable && !drawn_by_crew_.contains(planned.file);  // as reused
   for (;;) {
     Transport measured;
     timed(data_.timings, "analyse",
-          [&] { measured = measure_transport(ensemble, experiment_.fit, {}, options_.threads).transport; });
+          [&] { measured = measure_for_precision(planned, ensemble, experiment_.fit, options_.threads); });
     const std::uint64_t samples = planned.spec.response.samples;
     const PrecisionLook look = look_at_precision(asked, measured, samples);
     outcome.reached = look.reached;
     outcome.reason = look.reason;
     if (look.reached || look.unattainable) break;
-    if (!grow(planned, asked, std::move(ensemble.record), options_.folder)) {
+    const bool of_study = asked.effective > 0;
+    const char* const limit = of_study ? "samples" : "precision.most_samples";
+    const std::string so_far =
+        of_study ? fmt::format("worth {} independent piles", significant(measured.effective_samples.value, 2))
+                 : fmt::format("c ± {}, D ± {}", significant(measured.c.standard_error, 2),
+                               significant(measured.D.standard_error, 2));
+    if (!grow(planned, std::move(ensemble.record), options_.folder)) {
       ensemble.record = open_ensemble(options_.folder / planned.file);
-      outcome.reason = fmt::format(
-          "{} piles give c ± {} and D ± {}; about {} would be needed, and the next step would be more than "
-          "precision.most_samples = {}",
-          samples, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
-          significant(look.samples_needed, 2), asked.most_samples);
+      outcome.reason =
+          fmt::format("{} piles: {}; about {} would be needed, and the next step would be more than {} = {}", samples,
+                      so_far, significant(look.samples_needed, 2), limit, asked.most_samples);
       break;
     }
-    const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
-    log_line(options_.progress, "{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} {}{}", planned.label,
-             significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2), samples,
-             significant(look.samples_needed, 2), stop,
-             static_cast<double>(stop) < look.samples_needed ? "are as many as precision.most_samples allows"
-                                                             : "with whole steps",
+    const std::uint64_t stop = expected_samples(planned, look.samples_needed);
+    const bool allowed = static_cast<double>(stop) >= look.samples_needed;
+    log_line(options_.progress, "{}: {} after {} piles; about {} in all are needed, {} {}{}", planned.label, so_far,
+             samples, significant(look.samples_needed, 2), stop,
+             allowed ? "with whole steps" : fmt::format("are as many as {} allows", limit),
              time_for(planned.spec, stop - samples));
     if (options_.crew != nullptr) {
       draw_by_crew({planned});

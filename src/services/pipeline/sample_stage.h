@@ -28,8 +28,9 @@ struct PlannedEnsemble {
   std::filesystem::path file;    ///< relative to the run's folder
   bool reusable = false;         ///< the file is there and holds exactly this ensemble
   std::string replaces = {};     ///< why a file that is there cannot be used: it will be replaced
-  std::uint64_t grows_from = 0;  ///< 0: fixed; else the samples from which it grows until [precision] is reached
-  std::string notes = {};        ///< lines of the stored configuration beside those of the spec
+  std::uint64_t grows_from = 0;  ///< 0: fixed; else the samples from which it grows until `towards` is reached
+  PrecisionSpec towards = {};
+  std::string notes = {};                              ///< lines of the stored configuration beside those of the spec
   std::shared_ptr<const EnsembleRecord> smaller = {};  ///< the beginning of this ensemble, to go on from
   std::uint64_t begun = 0;          ///< groups that a run that was stopped has left behind (part_file)
   std::uint64_t groups_before = 0;  ///< groups in `smaller`
@@ -59,7 +60,11 @@ std::uint64_t round_of(const EnsembleSpec& spec);
 void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
 /// The size, one of the steps from that of `planned` on, at which samples_needed are there, or the last one allowed.
-std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed);
+std::uint64_t expected_samples(const PlannedEnsemble& planned, double samples_needed);
+
+/// What look_at_precision looks at: c and D, if they are asked for, or the effective samples of a study's ensemble.
+Transport measure_for_precision(const PlannedEnsemble& planned, const MeasuredEnsemble& ensemble, const FitSpec& fit,
+                                int threads);
 
 /// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
 /// group of samples for each block is enough. Only the layers that the fits and figures need are recorded. Where a
@@ -95,9 +100,8 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
                                  ProgressStyle progress, const PartPolicy& parts = {});
 
 /// Makes of a growing ensemble the next larger one, which goes on from `record`. False, and unchanged, if that would
-/// exceed precision.most_samples.
-bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
-          const std::filesystem::path& run_folder);
+/// exceed towards.most_samples.
+bool grow(PlannedEnsemble& planned, EnsembleRecord record, const std::filesystem::path& run_folder);
 
 /// Obtains the ensembles of one run, one after the other, and keeps account of it in the data of the report.
 class SampleStage {
@@ -113,7 +117,7 @@ class SampleStage {
   /// Lets the crew, if there is one, draw what is not there of these ensembles.
   void draw_by_crew(const std::vector<PlannedEnsemble>& ensembles);
 
-  /// Lets a growing ensemble grow until its c and D are as precise as asked, which is looked at after whole steps only.
+  /// Lets a growing ensemble grow until it is as precise as asked, which is looked at after whole steps only.
   PrecisionOutcome reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble);
 
   /// Tells how many ensembles were there already.
