@@ -53,9 +53,10 @@ template <class Take>
 void for_each_cell(std::string_view line, char separator, const Take& take) {
   line = trimmed(line);
   while (!line.empty()) {
-    std::size_t end = separator == ' ' ? line.find_first_of(" \t") : line.find(separator);
-    const bool last = end == std::string_view::npos;
-    if (last) end = line.size();
+    // Cells are short: looking for one of several signs with find_first_of takes ten times as long.
+    const auto parts = [separator](char c) { return c == separator || (separator == ' ' && c == '\t'); };
+    const auto end = static_cast<std::size_t>(std::find_if(line.begin(), line.end(), parts) - line.begin());
+    const bool last = end == line.size();
     take(trimmed(line.substr(0, end)));
     line.remove_prefix(std::min(end + 1, line.size()));
     if (separator == ' ') line = trimmed(line);

@@ -451,13 +451,14 @@ class PackingReader {
       const bool of_wall = one.second == PackingContact::wall && one.first != PackingContact::wall;
       if (one.placed && !of_wall) lengths.push_back(std::hypot(one.branch_x, one.branch_y));
     }
-    std::sort(lengths.begin(), lengths.end());
     const std::size_t count = lengths.size();
+    const auto upper = lengths.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    if (count > 0) std::nth_element(lengths.begin(), upper, lengths.end());
     packing_.sized = known > 0 || count > 0;
     if (known > 0) {
       packing_.mean_diameter = sum / static_cast<double>(known);
     } else if (count > 0) {
-      packing_.mean_diameter = (lengths[(count - 1) / 2] + lengths[count / 2]) / 2;
+      packing_.mean_diameter = count % 2 == 1 ? *upper : (*std::max_element(lengths.begin(), upper) + *upper) / 2;
     }
   }
 

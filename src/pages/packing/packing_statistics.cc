@@ -28,11 +28,11 @@ Anisotropy anisotropy(double xx, double xy, double yy) {
 /// The least number that this share of all do not exceed; of one half the mean of both such.
 double quantile(std::vector<double> numbers, double share) {
   if (numbers.empty()) return unknown;
-  std::sort(numbers.begin(), numbers.end());
   const double place = share * static_cast<double>(numbers.size());
-  const auto at = static_cast<std::size_t>(std::max(std::ceil(place - 1e-9) - 1, 0.0));
-  const bool between = place == std::floor(place) && at + 1 < numbers.size() && share == 0.5;
-  return between ? (numbers[at] + numbers[at + 1]) / 2 : numbers[at];
+  const auto at = numbers.begin() + static_cast<std::ptrdiff_t>(std::max(std::ceil(place - 1e-9) - 1, 0.0));
+  std::nth_element(numbers.begin(), at, numbers.end());
+  const bool between = place == std::floor(place) && at + 1 < numbers.end() && share == 0.5;
+  return between ? (*at + *std::min_element(at + 1, numbers.end())) / 2 : *at;
 }
 
 /// Groups of particles that contacts stronger than the mean hold together.
