@@ -58,6 +58,26 @@ TEST_CASE("At the widths of journals no text of a figure is clipped or covered, 
   for (const std::string& id : plot_all(run.path())) check_at_widths_of_journals(run / "figures", id);
 }
 
+TEST_CASE("The names of a bead's forces stand free in its picture at any contact angle") {
+  for (const double angle : {30.0, 33.0, 37.0, 45.0, 47.0, 52.0, 60.0}) {
+    INFO(angle << " degrees");
+    const test::TemporaryFolder run;
+    SamplerSpec spec;
+    spec.mu = 0.3;
+    spec.seed = 7;
+    const Lattice lattice({40, 50, angle});
+    Pile pile(lattice);
+    const std::vector<double> load(40, 1.0);
+    REQUIRE_FALSE(make_sampler(spec, lattice)->draw(3, load, pile));
+    const std::string id = plot_bead_forces(pile, {}, run.path()).id;
+    FigureStyle style;
+    style.format = "svg";
+    const std::string svg = plot_again(run / "figures", id, style).bytes;
+    check_texts(svg);
+    for (const char* name : {"θ₁", "θ₂", "θ₃", "θ₄"}) CHECK(contains(svg, name));
+  }
+}
+
 TEST_CASE("The longest texts of exponents, where there is no power law, leave points and lines free") {
   const test::TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
