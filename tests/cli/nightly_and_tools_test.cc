@@ -349,7 +349,7 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   CHECK_THAT(told_by(again), Catch::Matchers::StartsWith("Results of the experiment small |"));
   CHECK_THAT(
       told_by(again),
-      Contains("[Re] Stress response function of a two-dimensional ordered packing of frictional beads "
+      Contains("Re] Stress response function of a two-dimensional ordered packing of frictional beads "
                "(experiment small) | Replication of L. Breton, P. Claudin, É. Clément and J.-D. Zucker, Europhys. "
                "Lett. 60, 813 (2002)"));
   crate = run_process(unzip).standard_output;
@@ -438,6 +438,15 @@ TEST_CASE("An article has title, numbers and figures of its run, and LaTeX sets 
   const std::string metadata = read_file(target / "metadata.yaml"), content = read_file(target / "content.tex");
   CHECK_THAT(content, Contains("They follow the law granusolve, and the estimator point measures the response"));
   CHECK_THAT(metadata, Contains(failed ? "title: \"[¬Re] Stress" : "title: \"[Re] Stress"));
+  // What a codechecker is to look at has the same title.
+  const std::string archive = (scratch / "run.zip").string();
+  REQUIRE(granuscope_command({"pack", out.string(), "-o", archive}).code == 0);
+  ProcessSpec unzip;
+  unzip.arguments = {"python3", "-c",
+                     "import sys, zipfile; print(zipfile.ZipFile(sys.argv[1]).read('codecheck.yml').decode())",
+                     archive};
+  unzip.environment = {{"PYTHONUTF8", "1"}};
+  CHECK_THAT(run_process(unzip).standard_output, Contains(failed ? "[¬Re] Stress" : "[Re] Stress"));
   CHECK_THAT(metadata, Contains("name: \"A & B_C: \\\"50%\\\" 漢\"") && Contains("orcid: \"0000-0001-2345-6789\""));
   for (const auto& figure : summary["figures"]) {
     CHECK_THAT(content, Contains("{figures/" + figure["id"].get<std::string>() + "."));

@@ -327,8 +327,11 @@ std::string codecheck(const fs::path& folder, const Json& manifest, const Json& 
     yaml << YAML::BeginMap << YAML::Key << "file" << YAML::Value << file << YAML::Key << "comment" << YAML::Value
          << YAML::DoubleQuoted << comment << YAML::EndMap;
   };
-  const std::string experiment = manifest.at("experiment"),
-                    model = Json::parse(shallow_json(read_file(folder / "summary.json"))).at("scan").at("model");
+  const Json summary = Json::parse(shallow_json(read_file(folder / "summary.json")));
+  const std::string experiment = manifest.at("experiment"), model = summary.at("scan").at("model");
+  const bool missed = std::ranges::any_of(summary.at("claims"), [](const Json& claim) {
+    return claim.at("beyond_paper") != true && claim.at("verdict") == "not reproduced";
+  });
   const bool of_paper = model == name_of(ModelName::frictional_beads);
   const std::string title = options.citation ? options.citation->title : "",
                     doi = options.citation ? options.citation->doi : "";
@@ -336,7 +339,7 @@ std::string codecheck(const fs::path& folder, const Json& manifest, const Json& 
        << "https://codecheck.org.uk/spec/config/1.0/" << YAML::Key << "paper" << YAML::BeginMap << YAML::Key << "title"
        << YAML::Value << YAML::DoubleQuoted
        << (!title.empty() ? title
-           : of_paper     ? fmt::format("[Re] {} (experiment {})", replicated_title, experiment)
+           : of_paper     ? fmt::format("[{}Re] {} (experiment {})", missed ? "¬" : "", replicated_title, experiment)
                           : fmt::format("Results of the experiment {}", experiment));
   if (options.citation) {
     yaml << YAML::Key << "authors" << YAML::BeginSeq;
