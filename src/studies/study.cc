@@ -125,7 +125,9 @@ EnsembleSpec MainLine::uniform_piles(Law law, double friction, LatticeSpec size,
 
 KeyRange friction_range() {
   return KeyRange{.ascending = true,
-                  .why = "below 0 friction means nothing, and at sqrt(3) = 1.7320 the cone reaches the horizontal"}
+                  .why =
+                      "below 0 friction means nothing, at sqrt(3) = 1.7320 the cone reaches the horizontal, and 0.3 "
+                      "has a point, no comma"}
       .within(0, mu_limit)
       .below(mu_limit);
 }

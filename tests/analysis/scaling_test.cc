@@ -165,6 +165,10 @@ TEST_CASE("results without scatter, unknown ones and impossible logarithms take 
   CHECK(narrow.beta.points == 1);
   CHECK_FALSE(narrow.beta.exponent.known());
   CHECK_FALSE(narrow.beta.exponent.reason.empty());
+  const ScalingFits low = fit_scaling(results, {0.15, 0.35});
+  CHECK_THAT(low.gamma.exponent.reason,
+             Catch::Matchers::Contains("at 1 value, an exponent needs 3; at 1 more c₀ − c is not above 0"));
+  CHECK_THAT(low.beta.exponent.reason, Catch::Matchers::EndsWith("at 2 values, an exponent needs 3"));
 }
 
 TEST_CASE("claims follow the stated rule") {

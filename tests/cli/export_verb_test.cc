@@ -166,7 +166,7 @@ TEST_CASE("export refuses what cannot be, says what can, and leaves no file") {
     std::string said;
   };
   const std::vector<Refused> cases{
-      {pile.string(), "a.xyz", {}, "let it end with .vtu, .local, .dump, .graphml, .csv, .vti"},
+      {pile.string(), "a.xyz", {}, "let it end with .vtu, .local, .dump, .pegs, .graphml, .csv, .vti"},
       {pile.string(), "a.csv", {"--format", "vtu"}, "let both say the same"},
       {pile.string(), "a.vti", {}, "a pile, which can be exported as"},
       {pile.string(), "a.csv", {"--format", "ovito"}, "ovito"},

@@ -273,18 +273,18 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
     return found;
   };
   CHECK(names({}) ==
-        std::vector<std::string>{"mu-0.3/c", "beta", "alpha", "claims/D-of-mu/measured"});  // without the samples
+        std::vector<std::string>{"mu-0.3/c", "beta", "gamma", "alpha", "claims/D-of-mu/measured"});  // no samples
   CHECK(names({"--only", "c,beta"}) == std::vector<std::string>{"mu-0.3/c", "beta"});
   CHECK(names({"--only", "samples"}) == std::vector<std::string>{"mu-0.3/samples"});
   CHECK(names({"--all", "--only", "mu-0.3"}) == std::vector<std::string>{"mu-0.3/mu", "mu-0.3/c", "mu-0.3/samples"});
-  CHECK_THAT(granuscope_command({"numbers", at, "--only", "gamma"}).err, Contains("no number has the name gamma"));
+  CHECK_THAT(granuscope_command({"numbers", at, "--only", "delta"}).err, Contains("no number has the name delta"));
   CHECK_THAT(tex.out,
              Contains("\\csname granuscope@\\detokenize{beta}\\endcsname{\\ensuremath{2.522(50)}}") &&
                  Contains("granuscope@\\detokenize{mu-0.3/c}\\endcsname{\\ensuremath{0.56070(50)}}") &&
                  Contains("granuscope@\\detokenize{alpha}\\endcsname{\\ensuremath{1.10}}% no power law\n") &&
                  Contains("granuscope@\\detokenize{mu-0.3/samples}\\endcsname{\\ensuremath{3456}}") &&
                  Contains("granuscope@\\detokenize{claims/D-of-mu/measured}\\endcsname{\\ensuremath{-1.500(20)}}") &&
-                 !Contains("gamma") && !Contains("height"));
+                 !Contains("detokenize{gamma}") && Contains("\n% gamma is unknown: x\n") && !Contains("height"));
   CHECK_THAT(granuscope_command({"numbers", at, "--format", "csv"}).out,
              StartsWith("name,value,standard_error,text\n") && Contains("beta,2.522,0.05,2.522(50)\n"));
   const auto json = nlohmann::json::parse(granuscope_command({"numbers", at, "--format", "json"}).out);
@@ -451,6 +451,7 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK(granuscope_command({"new", "--mu", "0.0,1"}).code == 0);
   CHECK_THAT(granuscope_command({"new", "--mu", "2"}).err, Contains("friction.mu: 2 is out of range"));
   CHECK_THAT(granuscope_command({"new", "--estimator", "points"}).err, Contains("multiplexed"));
+  CHECK_THAT(granuscope_command({"new", "--estimator", "paired"}).err, Contains("gives no c and D"));
 }
 
 TEST_CASE("Each thing that is wrong with a file has a line of its own") {

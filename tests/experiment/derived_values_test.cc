@@ -128,12 +128,29 @@ TEST_CASE("Windows and figures follow the layers") {
   CHECK(of_friction.figures.profile_mu == 0.4);
 }
 
+TEST_CASE("A window that the columns end is told with those that would hold it") {
+  const std::string narrow = "[lattice]\nlayers = 60\ncolumns = ";
+  const Experiment cut = parse_experiment(narrow + "40\n", "x.toml");
+  REQUIRE(cut.fit.last_layer < 39);
+  const std::string note = note_of_short_window(cut);
+  CHECK_THAT(note, Contains(fmt::format("ends at layer {} of 39", cut.fit.last_layer)));
+  const std::size_t told = note.find("columns, and ") + 13;
+  const std::string enough = note.substr(told, note.find(' ', told) - told);
+  const Experiment whole = parse_experiment(narrow + enough + "\n", "x.toml");
+  CHECK(whole.fit.last_layer == 39);
+  CHECK(note_of_short_window(whole).empty());
+  CHECK(parse_experiment(narrow + std::to_string(std::stoi(enough) - 1) + "\n", "x.toml").fit.last_layer == 38);
+  CHECK(note_of_short_window(parse_experiment("[fit]\nlast_layer = 60\n", "x.toml")).empty());
+}
+
 TEST_CASE("Samples and blocks follow each other") {
   CHECK(parse_experiment("[response]\nblocks = 1000\n", "x.toml").response.samples == 8000);
   CHECK(parse_experiment("[response]\nsamples = 100\n", "x.toml").response.blocks == 12);
   // Loads beside the centres are held against the experiment's own friction.
   CHECK(refusal("[friction]\nmu = 0.3\n[sampling]\nload_offset = 0.2\n") == "(accepted)");
   CHECK_THAT(refusal("[friction]\nmu = 0.1\n[sampling]\nload_offset = 0.2\n"), Contains("at mu = 0.1"));
+  CHECK_THAT(refusal("[friction]\nmu = [0,3]\n"), Contains("3 is out of range") && Contains("0.3 has a point"));
+  CHECK_THAT(refusal("[sampling]\nmodel = \"q-model\"\n"), Contains("did you mean model.name?"));
   CHECK_THAT(refusal("\x89HDF\r\n"), Contains("this is an HDF5 file"));
   const std::string weight = "[friction]\nmu = 0.3\n[scan]\nparameter = \"bead_weight\"\nvalues = [0.1, 0.5]\n";
   CHECK(parse_experiment(weight, "x.toml").fit.scaling_window == std::array{0.1, 0.5});

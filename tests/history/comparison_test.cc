@@ -164,6 +164,12 @@ TEST_CASE("Another seed is held against by its primary numbers, another law not 
   const Comparison different = compare_runs(a_run(), copy.path);
   CHECK(different.likeness == Likeness::other_experiment);
   CHECK_THAT(answer(different), Contains("lattice.columns = 124 where 120 was"));
+  // What the other keys follow from comes first.
+  const auto changed = changed_keys({{"fit.last_layer", "9"}, {"model.name", "a"}, {"sampling.seed", "1"}},
+                                    {{"fit.last_layer", "8"}, {"model.name", "b"}, {"sampling.seed", "2"}});
+  REQUIRE(changed.size() == 3);
+  CHECK(changed[0].key == "model.name");
+  CHECK(changed[1].key == "fit.last_layer");
   // What is only told changes no experiment.
   edited = text;
   edited.replace(edited.find("name = \"small\""), 14, "name = \"other\"");

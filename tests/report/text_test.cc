@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "kit/text_parts.h"
 #include "report/clean_json.h"
 #include "report/number_text.h"
 #include "report/pdf_report.h"
@@ -128,4 +129,19 @@ TEST_CASE("Exponents that no power law has are exported without an error, those 
   CHECK(numbers["gamma"]["stderr"].is_null());
   CHECK(numbers["claims/c-of-mu/measured"]["stderr"].is_null());
   CHECK(numbers["claims/D-of-mu/measured"]["stderr"] == 0.04);
+}
+
+TEST_CASE("An unknown number is listed as such, with its reason for TeX, which would stop at it") {
+  const Json unknown = {{"value", nullptr}, {"stderr", nullptr}, {"reason", "too few\npiles"}};
+  const Json summary = {
+      {"results", {{{"mu", 0.1}, {"c", unknown}}, {{"mu", 0.3}, {"c", {{"value", 0.56}, {"stderr", 0.01}}}}}}};
+  const NumberChoice c = {.only = {"c"}};
+  const Json numbers = Json::parse(list_numbers(summary.dump(), "json", c));
+  CHECK(numbers.size() == 2);
+  CHECK(numbers["mu-0.1/c"]["value"].is_null());
+  CHECK(list_numbers(summary.dump(), "csv", c) ==
+        "name,value,standard_error,text\nmu-0.1/c,,,n/a\nmu-0.3/c,0.56,0.01,0.560(10)\n");
+  const std::string tex = list_numbers(summary.dump(), "tex", c);
+  CHECK(test::contains(tex, "\n% mu-0.1/c is unknown: too few piles\n"));
+  CHECK_FALSE(test::contains(tex, "detokenize{mu-0.1/c}"));
 }

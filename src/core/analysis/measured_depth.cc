@@ -68,7 +68,7 @@ void set_unknown(const char* reason, const LayerSpectrum& spectrum, MeasuredDept
   if (depth.fit.reason.empty()) depth.fit.reason = reason;
 }
 
-constexpr const char* no_fit = "the fit of the double Gaussian did not converge";
+constexpr const char* no_fit = "the fit of the double Gaussian did not converge; more piles have less noise";
 
 /// The verdict on the shape, chi^2 by the noise of this layer. None if nothing fits.
 std::optional<ShapeFit> judge_shape(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {

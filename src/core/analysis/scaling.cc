@@ -16,7 +16,13 @@ constexpr double window_slack = 1e-9;
 
 struct Points {
   std::vector<Replicated> x, y;  ///< logarithms
-  ReplicatedPowerLaw fit(std::array<double, 2> window) const { return fit_replicated_power_law(x, y, window); }
+  int without = 0;               ///< values in the window where one of them is unknown
+
+  /// `what` has no logarithm there.
+  ReplicatedPowerLaw fit(std::array<double, 2> window, const char* what) const {
+    return fit_replicated_power_law(
+        x, y, window, without > 0 ? fmt::format("; at {} more {} is not above 0 by its noise", without, what) : "");
+  }
 };
 
 Replicated logarithm_of_D(const Coefficients& one) {
@@ -35,11 +41,15 @@ ReplicatedFits fit_coefficients(const std::vector<Coefficients>& coefficients, s
     const Replicated log_scanned = transform([&](double) { return std::log(one.scanned); }, one.c);
     const Replicated log_D = logarithm_of_D(one), log_slowing = logarithm_of_slowing(one);
     const bool D_usable = estimate(log_D).known(), slowing_usable = estimate(log_slowing).known();
-    if (D_usable) beta.x.push_back(log_scanned), beta.y.push_back(log_D);
-    if (slowing_usable) gamma.x.push_back(log_scanned), gamma.y.push_back(log_slowing);
-    if (D_usable && slowing_usable) alpha.x.push_back(log_D), alpha.y.push_back(log_slowing);
+    const auto add = [](Points& points, bool usable, const Replicated& x, const Replicated& y) {
+      if (!usable) return void(++points.without);
+      points.x.push_back(x), points.y.push_back(y);
+    };
+    add(beta, D_usable, log_scanned, log_D);
+    add(gamma, slowing_usable, log_scanned, log_slowing);
+    add(alpha, D_usable && slowing_usable, log_D, log_slowing);
   }
-  return {beta.fit(window), gamma.fit(window), alpha.fit(window)};
+  return {beta.fit(window, "D"), gamma.fit(window, "c₀ − c"), alpha.fit(window, "D or c₀ − c")};
 }
 
 namespace {
@@ -204,7 +214,7 @@ RunningExponent fit_running_exponent(std::vector<Replicated> log_x, const std::v
 }  // namespace
 
 ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
-                                            std::array<double, 2> window) {
+                                            std::array<double, 2> window, const std::string& missing) {
   ReplicatedPowerLaw result;
   ScalingFit& fit = result.fit;
   fit.window = window;
@@ -212,8 +222,8 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   if (fit.points < min_power_law_points) {
     fit.exponent.reason = fit.intercept.reason = fit.scatter.reason = fit.running.at_low.reason =
         fit.running.at_high.reason = fit.running.scatter.reason =
-            fmt::format("the window from {} to {} holds usable results at {} value{}, an exponent needs {}", window[0],
-                        window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
+            fmt::format("the window from {} to {} holds usable results at {} value{}, an exponent needs {}{}",
+                        window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points, missing);
     return result;
   }
   Replicated& exponent = result.exponent;

@@ -40,9 +40,10 @@ struct ReplicatedPowerLaw {
 ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
                          std::array<double, 2> window);
 
-/// The same with the replicates that are needed to compare exponents.
+/// The same with the replicates that are needed to compare exponents. `missing` ends the reason where points are too
+/// few.
 ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
-                                            std::array<double, 2> window);
+                                            std::array<double, 2> window, const std::string& missing = "");
 
 /// c and D of one ensemble, however they were read.
 struct Coefficients {

@@ -170,8 +170,9 @@ std::string reason_against_two_gaussians(const ShapeFit& fit) {
 std::string reason_against_identification(const ShapeFit& fit, const PeakEvidence& evidence, const FitSpec& spec) {
   if (std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
   if (fit.shape.width < spec.min_identifiable_width) {
-    return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
-                       fit.shape.width, spec.min_identifiable_width);
+    return fmt::format(
+        "the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it; deeper peaks are wider",
+        fit.shape.width, spec.min_identifiable_width);
   }
   // What goes to which side tells x_p from W also where the peaks overlap.
   if (evidence.for_moved_peak > least_evidence_for_two_peaks) return {};
@@ -180,7 +181,9 @@ std::string reason_against_identification(const ShapeFit& fit, const PeakEvidenc
   }
   if (!(evidence.for_two_peaks > least_evidence_for_two_peaks)) {
     return fmt::format(
-        "the noise leaves open whether there are two peaks or one: χ² differs by {:.1f}, and at least {} is required",
+        "the noise leaves open whether there are two peaks or one: χ² differs by {:.1f}, and at least {} is required; "
+        "more "
+        "piles can tell",
         evidence.for_two_peaks, least_evidence_for_two_peaks);
   }
   return {};

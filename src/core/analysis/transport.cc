@@ -166,9 +166,9 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
         deepest_refused == depths.rend()
             ? ""
             : fmt::format("; at layer {}: {}", deepest_refused->fit.layer, deepest_refused->fit.reason);
-    const std::string reason = fmt::format(
-        "in the window of layers {} to {}, counted upwards from its end, {} can be fitted, and a slope needs {}{}",
-        spec.first_layer, spec.last_layer, how_many, min_depths, why);
+    const std::string reason =
+        fmt::format("from the end of the window, layers {} to {}, upwards {} can be fitted, and a slope needs {}{}",
+                    spec.first_layer, spec.last_layer, how_many, min_depths, why);
     set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;

@@ -96,6 +96,7 @@ struct NamedNumber {
   Json value, standard_error;  ///< the latter null where there is none
   std::string text;
   bool no_power = false;  ///< its points keep to no power law
+  std::string reason;     ///< why it is unknown; then there is no value
 };
 
 class NumberList {
@@ -105,7 +106,8 @@ class NumberList {
 
   void add(const std::string& name, const Json& json) {
     if (json.is_object() && json.contains("value") && json.contains("stderr")) {
-      if (json["value"].is_number()) take(name, json["value"], json["stderr"], is_no_power(json));
+      if (json["value"].is_number()) return take(name, json["value"], json["stderr"], is_no_power(json));
+      numbers_.push_back({name, nullptr, nullptr, unknown, false, json.value("reason", "nothing was measured")});
     } else if (json.is_object()) {
       for (const auto& [key, inside] : json.items()) {
         if (key == "measured" && json.contains("stderr") && inside.is_number()) {
@@ -152,12 +154,15 @@ class NumberList {
     constexpr double rounding = 1e-12;  // of what does not scatter
     const bool is_rounding =
         with_error && std::max(std::abs(value.get<double>()), standard_error.get<double>()) < rounding;
-    numbers_.push_back({unique, value, with_error ? standard_error : Json(nullptr),
+    numbers_.push_back({unique,
+                        value,
+                        with_error ? standard_error : Json(nullptr),
                         is_rounding  ? "0"
                         : with_error ? plain_value_with_error(value.get<double>(), standard_error.get<double>())
                         : no_power   ? significant(value.get<double>(), 3)
                                      : format_number(value, "plain"),
-                        no_power});
+                        no_power,
+                        {}});
   }
 
   std::string scanned_;
@@ -275,7 +280,7 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
   if (format == "csv") {
     CsvTable table({"name", "value", "standard_error", "text"});
     for (const NamedNumber& number : numbers) {
-      table.add_cells({number.name, number.value.dump(),
+      table.add_cells({number.name, number.value.is_null() ? "" : number.value.dump(),
                        number.standard_error.is_null() ? "" : number.standard_error.dump(), number.text});
     }
     return table.text();
@@ -287,6 +292,10 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
       "\\csname granuscope@\\detokenize{#1}\\endcsname\\else\n"
       "  \\errmessage{granuscope has no number of the name #1}\\fi}\n";
   for (const NamedNumber& number : numbers) {
+    if (!number.reason.empty()) {
+      text += fmt::format("% {} is unknown: {}\n", tex_name(number.name), single_line(number.reason));
+      continue;
+    }
     text += fmt::format("\\expandafter\\def\\csname granuscope@\\detokenize{{{}}}\\endcsname{{{}}}{}\n",
                         tex_name(number.name), in_tex(number.text), number.no_power ? "% no power law" : "");
   }

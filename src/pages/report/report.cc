@@ -115,7 +115,10 @@ std::string found_text(const std::string& summary_json) {
   nlohmann::ordered_json overlay;
   add_results(overlay, summary);
   add_claims(overlay, summary);
-  return aligned(fill_template_file("found.txt.mustache", PageScope(summary, overlay, Markup::plain)));
+  std::string text = fill_template_file("found.txt.mustache", PageScope(summary, overlay, Markup::plain));
+  // Where there are no exponents, their place is empty.
+  for (std::size_t at; (at = text.find("\n\n\n")) != std::string::npos;) text.erase(at, 1);
+  return aligned(text);
 }
 
 namespace {

@@ -29,10 +29,11 @@ constexpr Names<FieldFormat, 2> field_formats = {{{FieldFormat::vti, "vti"}, {Fi
 constexpr Names<NetworkPart, 3> parts = {
     {{NetworkPart::contacts, "contacts"}, {NetworkPart::beads, "beads"}, {NetworkPart::walls, "walls"}}};
 
-/// Suffixes that stand for a format; those of tables for PeGS2 (.txt) do not.
-constexpr std::array<SuffixOfFormat, 6> suffixes = {{{".vtu", "vtu"},
+/// Suffixes that stand for a format; that of tables for PeGS2, .txt, does not.
+constexpr std::array<SuffixOfFormat, 7> suffixes = {{{".vtu", "vtu"},
                                                      {".local", "dump-local"},
                                                      {".dump", "dump-local"},
+                                                     {".pegs", "pegs"},
                                                      {".graphml", "graphml"},
                                                      {".csv", "csv"},
                                                      {".vti", "vti"}}};

@@ -48,6 +48,11 @@ std::vector<double> friction_of(const NewOptions& options) {
 
 /// The commented file, without what it takes.
 std::string file_text(const NewOptions& options) {
+  if (estimator_named(options.estimator) == EstimatorName::paired) {
+    throw InputError(
+        "--estimator paired gives no c and D: piles solved from the beads of another pile follow another law; give "
+        "multiplexed, point or fluctuation");
+  }
   std::string text = fmt::format(
       "[friction]\nmu = [{}]  # friction coefficients, from 0 to below sqrt(3)\n\n"
       "[lattice]  # of beads; columns, windows and depths follow where they are not written\n"
@@ -154,8 +159,7 @@ void add_new_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--error-of", options->errors,
                    "c=0.001 or D=0.01: the standard error wanted, for which piles are drawn; may be repeated");
   verb->add_option("--layers", options->layers, "layers of the piles")->capture_default_str();
-  verb->add_option("--estimator", options->estimator, "multiplexed, point, paired or fluctuation")
-      ->capture_default_str();
+  verb->add_option("--estimator", options->estimator, "multiplexed, point or fluctuation")->capture_default_str();
   verb->add_option("-o,--out", options->file, "file to write, which must not be there (default: standard output)")
       ->check(output_file());
   verb->callback(

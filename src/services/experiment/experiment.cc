@@ -575,6 +575,16 @@ Problem find_problem(const Experiment& e) {
   return std::move(all.front());
 }
 
+std::string note_of_short_window(const Experiment& e) {
+  const SamplerSpec widest = like_at_30(e.sampler_at(e.scan_values().back()), e.lattice.angle);
+  const int last = e.fit.last_layer, usable = e.lattice.layers - bottom_margin_of(e.sampling.model) - 1;
+  if (last >= usable || e.lattice.columns > columns_needed(widest, last + 1)) return {};
+  return fmt::format(
+      "The window of the fit ends at layer {} of {}: further down the two peaks would meet behind the ring of {} "
+      "columns, and {} would hold them all.",
+      last, usable, e.lattice.columns, std::floor(columns_needed(widest, usable)) + 1);
+}
+
 void check_experiment(const Experiment& experiment) { refuse(find_problem(experiment)); }
 
 }  // namespace granuscope

@@ -85,6 +85,9 @@ Problem find_problem(const Experiment& experiment);
 /// Throws InputError with the first problem, if there is one.
 void check_experiment(const Experiment& experiment);
 
+/// A sentence where the columns end the window of the fit above the last usable layer; else empty.
+std::string note_of_short_window(const Experiment& experiment);
+
 /// Memory of the largest data of a run, in bytes: the piles under work and the block sums. Saturates, never overflows.
 double estimate_memory(const Experiment& experiment);
 

@@ -383,7 +383,11 @@ class Reader {
       const auto depth = [](const std::string& text) { return std::count(text.begin(), text.end(), '.'); };
       if (key->name == name && key->name != "show" && (!meant || depth(key_path) < depth(*meant))) meant = key_path;
     }
-    if (const auto sibling = nearest_name(name, siblings)) meant = table + "." + *sibling;
+    if (keys_.contains(name + ".name")) {
+      meant = name + ".name";  // of the table that has this name
+    } else if (const auto sibling = nearest_name(name, siblings)) {
+      meant = table + "." + *sibling;
+    }
     if (!meant) meant = nearest_name(path, known);
     std::string advice = meant ? fmt::format("did you mean {}?", *meant) : "";
     if (!meant && !siblings.empty()) advice = fmt::format("[{}] knows {}", table, fmt::join(siblings, ", "));

@@ -173,6 +173,10 @@ std::vector<ChangedKey> changed_keys(const std::map<std::string, std::string>& b
   for (const auto& [key, value] : after) {
     if (!before.contains(key)) changed.push_back({key, "", value});
   }
+  // What the others follow from comes first.
+  std::stable_partition(changed.begin(), changed.end(), [](const ChangedKey& one) {
+    return one.key.starts_with("model.") || one.key == "sampling.law" || one.key.starts_with("lattice.");
+  });
   return changed;
 }
 

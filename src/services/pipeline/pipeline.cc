@@ -418,6 +418,7 @@ class Run {
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
+      if (const std::string note = note_of_short_window(experiment_); !note.empty()) leave_out(note);
       std::vector<std::string> left_out;
       const std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis, &left_out);
       for (const std::string& sentence : left_out) leave_out(sentence);

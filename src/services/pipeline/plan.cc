@@ -153,8 +153,9 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   }
   if (needed.contains(Stage::analyse)) {
     steps.push_back({Stage::analyse,
-                     fmt::format("fits of {} main ensemble{}", experiment.scan_values().size(),
-                                 experiment.scan_values().size() == 1 ? "" : "s"),
+                     fmt::format("fits of {} main ensemble{}, layers {} to {}", experiment.scan_values().size(),
+                                 experiment.scan_values().size() == 1 ? "" : "s", experiment.fit.first_layer,
+                                 experiment.fit.last_layer),
                      false, 0});
     steps.back().parallel_seconds = fits;
     for (const auto& study : experiment.studies) steps.back().serial_seconds += study->seconds();
