@@ -16,12 +16,13 @@ packages_brought() {
   local empty="$1" section
   shift
   : >"$empty/status"
-  # Nothing is installed, so this takes no lock and no root.
-  apt-get -s -o Debug::NoLocking=1 -o Dir::State::status="$empty/status" -o Dir::State::extended_states="$empty/none" \
-    -o Dir::Cache::pkgcache="$empty/pkgcache.bin" -o Dir::Cache::srcpkgcache="$empty/srcpkgcache.bin" \
-    install --no-install-recommends $(for section in "$@"; do packages_of "$section"; done) >"$empty/simulated" 2>&1 ||
-    { cat "$empty/simulated" && return 1; } >&2
-  awk '$1 == "Inst" { print $2 }' "$empty/simulated"
+  # Nothing is installed, so this takes no lock and no root. Unlike a simulation (-s) it puts the packages into no order,
+  # which takes twice as long as all else.
+  apt-get -qq --print-uris -o Debug::NoLocking=1 -o Dir::State::status="$empty/status" \
+    -o Dir::State::extended_states="$empty/none" -o Dir::Cache::pkgcache="$empty/pkgcache.bin" \
+    -o Dir::Cache::srcpkgcache="$empty/srcpkgcache.bin" -o Dir::Cache::archives="$empty" install --no-install-recommends \
+    $(for section in "$@"; do packages_of "$section"; done) >"$empty/files" 2>&1 || { cat "$empty/files" && return 1; } >&2
+  awk '$1 ~ /^.[a-z]+:/ { sub(/_.*/, "", $2); print $2 }' "$empty/files"  # 'ADDRESS' NAME_VERSION_ARCHITECTURE.deb ...
   dpkg-query -W -f='${Package} ${Essential} ${Priority}\n' | awk '$2 == "yes" || $3 == "required" { print $1 }'
 }
 

@@ -6,7 +6,7 @@
 # Files that give the same name to something of their own (in an unnamed namespace) go to different pieces. Files that
 # are compiled once for each instruction set stay alone.
 
-set(granuscope_unity_files 6)  # at the most in a piece: two cores share the larger rooms
+set(granuscope_unity_files 12)  # at the most in a piece: two cores share the larger rooms
 
 # What a source declares in its unnamed namespaces, and what a file beside it may therefore not declare there: a name, or
 # a function of these types of parameters (templates and those with defaults: any). Such declarations begin a line

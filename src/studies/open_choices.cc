@@ -54,7 +54,7 @@ Estimate relative_change(const Replicated& from, const Replicated& to) {
   return estimate(transform([](double of_it, double usual) { return of_it / usual - 1; }, to, from));
 }
 
-Json law_json(const ScalingFit& fit) {
+Json scaling_json(const ScalingFit& fit) {
   Json json = fit.exponent;
   if (fit.exponent.known() && fit.misses_the_points()) json.update({{"power_law", false}, {"about_law", fit.scatter}});
   return json;
@@ -137,10 +137,10 @@ class OpenChoicesStudy final : public CopiedStudy<OpenChoicesStudy> {
     for (std::size_t i = 0; i < measured_.size(); ++i) {
       const ChoiceMeasured &one = measured_[i], &usual = measured_.front();
       Json choice = {{"choice", open_choices()[i].name},
-                     {"power_of_slowing", law_json(one.power_of_slowing)},
-                     {"gamma", law_json(one.fits.gamma)},
-                     {"beta", law_json(one.fits.beta)},
-                     {"alpha", law_json(one.fits.alpha)}};
+                     {"power_of_slowing", scaling_json(one.power_of_slowing)},
+                     {"gamma", scaling_json(one.fits.gamma)},
+                     {"beta", scaling_json(one.fits.beta)},
+                     {"alpha", scaling_json(one.fits.alpha)}};
       for (std::size_t k = 0; k < mu_.size(); ++k) {
         choice["at"].push_back({{"mu", mu_[k]},
                                 {"c0_minus_c_thrust", estimate(one.slowing[k])},

@@ -30,7 +30,7 @@ int usable(int layers) { return Lattice({4, layers}).usable_layers(); }
 
 int first_deep_layer(int layers) { return usable(layers) / 2; }
 
-constexpr const char* figure_id = "small-friction";
+constexpr const char* figure_of_peaks = "small-friction";
 
 struct Saturation {
   Panel panel = left_panel();
@@ -135,7 +135,7 @@ ScalingFit fit_small_friction(const std::vector<MeasuredSmallFriction>& measured
 Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
                            const std::filesystem::path& run_folder) {
   Plot plot;
-  plot.id = figure_id;
+  plot.id = figure_of_peaks;
   plot.height = 3.1;
   plot.key = {.inches = 0.5, .lines = 2, .sample = 2, .entries = {}};
   Saturation saturation;

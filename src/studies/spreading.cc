@@ -334,7 +334,7 @@ namespace {
 
 constexpr double sure = 3;  ///< standard errors
 
-double distance(const Estimate& one, const Estimate& other) {
+double sigmas_apart(const Estimate& one, const Estimate& other) {
   return std::abs(one.value - other.value) / std::hypot(one.standard_error, other.standard_error);
 }
 
@@ -352,14 +352,14 @@ Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::stri
     const Estimate& exponent = one.deep.exponent;
     if (at_mu != nullptr && at_mu->spec.sampler.mu == one.spec.sampler.mu) {
       if (!exponent.known() || !at_mu->deep.exponent.known()) continue;
-      apart = std::max(apart, distance(exponent, at_mu->deep.exponent));
+      apart = std::max(apart, sigmas_apart(exponent, at_mu->deep.exponent));
       checked = true;
       continue;
     }
     at_mu = &one;
     if (!exponent.known()) continue;
     deep.push_back(fmt::format("{}/{}", pointer, i));
-    (exponent.value > 1 && distance(exponent, diffusion) > sure ? fast : slow) += 1;
+    (exponent.value > 1 && sigmas_apart(exponent, diffusion) > sure ? fast : slow) += 1;
     octaves = one.octaves.size();
   }
   if (deep.empty()) return nullptr;
@@ -377,7 +377,7 @@ Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::stri
 
 namespace {
 
-constexpr int least_octaves = 3, most_octaves = 11;
+constexpr int fewest_octaves = 3, most_octaves = 11;
 
 /// Error of a D that is shown, relative to the D of the peaks in the first octave.
 constexpr double noisiest = 0.25;
@@ -388,7 +388,7 @@ void add_curve(Panel& panel, const std::string& file, int value, const Ink& ink,
   panel.add(file, fmt::format("1:{}:{}", value, value + 1), ink.bars(0.9, 0.55));
 }
 
-void reach(Range& range, const Estimate& one) { range.add(one.value, one.standard_error); }
+void extend(Range& range, const Estimate& one) { range.add(one.value, one.standard_error); }
 
 /// Lines of checks are dashed.
 int dashes(DeepMeasurement by) { return by == DeepMeasurement::fluctuations ? 0 : by == DeepMeasurement::wide ? 2 : 3; }
@@ -459,7 +459,7 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
       table.add_row({z, octave.exponent.value, octave.exponent.standard_error, octave.from, octave.to, octave.c.value,
                      octave.c.standard_error, octave.D.value, octave.D.standard_error});
       depth.add(z);
-      reach(exponent, octave.exponent);
+      extend(exponent, octave.exponent);
     }
     if (table.empty()) continue;
     add_curve(exponents, plot.add_data(data_name(one), table), 2, key.ink_of(one), dashes(one.by));
@@ -496,8 +496,8 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
       table.add_row({band.k, band.D.value, band.D.standard_error, above.value, above.standard_error, band.c.value,
                      band.k_from, band.k_to, band.z_from, band.z_to});
       waves.add(band.k);
-      reach(diffusion, band.D);
-      reach(speed, above);
+      extend(diffusion, band.D);
+      extend(speed, above);
     }
     if (table.empty()) continue;
     const std::string file = plot.add_data(data_name(one), table);
@@ -538,7 +538,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  mu_, friction_range_above_zero()),
         make_key(table(), "octaves", "octaves",
                  "doublings of the depth, from first_lag on; 5 reach 1024 layers, z = 887", octaves_,
-                 KeyRange{}.within(least_octaves, most_octaves)),
+                 KeyRange{}.within(fewest_octaves, most_octaves)),
         first_lag_key(table(), first_lag_),
         make_key(table(), "columns", "beads",
                  "beads per layer of these piles: six widths of a peak or more; under loads twelve, so that the two "

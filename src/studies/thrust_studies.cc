@@ -210,14 +210,15 @@ double factor_at_least(const Estimate& share, double stated, double errors) {
   return std::max({low / stated, stated / high, 1.0});
 }
 
-std::string percent(const Estimate& share) {
+std::string percent_text(const Estimate& share) {
   return value_with_error(100 * share.value, 100 * share.standard_error) + " %";
 }
 
 /// Adds the share of the beads below the overload to a list in words.
 void say_below(std::string& list, const RedrawnBeads& beads) {
   if (!beads.below_overload.known()) return;
-  list += fmt::format("{}{} at μ = {}", list.empty() ? "" : ", ", percent(beads.below_overload), beads.spec.sampler.mu);
+  list += fmt::format("{}{} at μ = {}", list.empty() ? "" : ", ", percent_text(beads.below_overload),
+                      beads.spec.sampler.mu);
 }
 
 }  // namespace
@@ -288,9 +289,9 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
     open = open || factor_between(share, one.share, agreement) > same_order_up_to;
     const double factor = factor_between(share, one.share, 0);
     const std::string failing =
-        found->failing.known() ? fmt::format(" ({} find no solution)", percent(found->failing)) : "";
+        found->failing.known() ? fmt::format(" ({} find no solution)", percent_text(found->failing)) : "";
     clauses.push_back(fmt::format("{} of the beads draw again{} at μ = {}, {} times {} the paper’s {} %",
-                                  percent(share), failing, one.mu, significant(factor, 3),
+                                  percent_text(share), failing, one.mu, significant(factor, 3),
                                   share.value > one.share ? "as many as" : "fewer than", 100 * one.share));
     say_below(below, *found);
     if (factor > farthest) {

@@ -34,7 +34,7 @@ double beads_of(const CountedWork& work) {
 }
 
 /// Power of the number of beads in the number of draws; NaN where sizes do not reach far enough.
-double power_of(const std::vector<const CountedWork*>& sizes) {
+double power_of_size(const std::vector<const CountedWork*>& sizes) {
   std::vector<double> log_beads, log_draws;
   for (const CountedWork* work : sizes) {
     if (work->samples == 0 || !(work->draws_per_bead > 0)) continue;
@@ -91,7 +91,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
   std::vector<double> mu;
   double farthest_mu = 0;
   for (const auto& [friction, sizes] : by_mu) {
-    const double power = power_of(sizes);
+    const double power = power_of_size(sizes);
     if (!std::isfinite(power)) continue;
     mu.push_back(friction);
     if (claim.measured.known() && std::abs(power - 1) <= std::abs(claim.measured.value - 1)) continue;
@@ -222,7 +222,7 @@ std::unique_ptr<Study> counted_work_study() { return std::make_unique<CountedWor
 
 namespace {
 
-constexpr const char* figure_id = "error-against-time";
+constexpr const char* figure_of_errors = "error-against-time";
 /// How far beyond the measured points the total error is plotted, so that floors show.
 constexpr double outlook = 300;
 constexpr double significant_shift = 3;  // standard errors
@@ -302,7 +302,7 @@ double gain_error(double repetitions) { return 2 / std::sqrt(repetitions - 1); }
 
 Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std::filesystem::path& run_folder) {
   Plot plot;
-  plot.id = figure_id;
+  plot.id = figure_of_errors;
   plot.height = 3.5;
   plot.key = {.inches = 1.2, .lines = 8, .sample = 2, .entries = {}};
   ErrorPanel panels[2];

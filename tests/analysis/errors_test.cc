@@ -530,7 +530,7 @@ TEST_CASE("a thrust that is unknown is a reason, too") {
 
 namespace {
 
-MeasuredTransport measure(double mu, std::uint64_t seed) {
+MeasuredTransport measured_by_seed(double mu, std::uint64_t seed) {
   EnsembleSpec spec;
   spec.sampler.mu = mu;
   spec.sampler.seed = seed;
@@ -559,7 +559,8 @@ TEST_CASE("the blocks of one seed carry what friction coefficients share, and no
   constexpr int seeds = 24;
   double shared_D = 0, shared_c = 0, other_D = 0, other_c = 0;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const MeasuredTransport low = measure(0.1, seed), high = measure(0.15, seed), other = measure(0.15, 1000 + seed);
+    const MeasuredTransport low = measured_by_seed(0.1, seed), high = measured_by_seed(0.15, seed),
+                            other = measured_by_seed(0.15, 1000 + seed);
     REQUIRE(low.transport.D.known());
     shared_D += correlation(low.D, high.D) / seeds;
     shared_c += correlation(low.c, high.c) / seeds;

@@ -20,7 +20,7 @@ using test::LinearModel;
 namespace {
 
 constexpr double c = LinearModel::c, D = LinearModel::D;
-constexpr int columns = LinearModel::columns, modes = LinearModel::modes;
+constexpr int model_columns = LinearModel::columns, model_modes = LinearModel::modes;
 
 FitSpec window(int first, int last) {
   FitSpec fit;
@@ -129,16 +129,16 @@ TEST_CASE("the response in x is the one that its modes make") {
     const BlockMeans found = propagated_modes(ensemble.record.sums, row).cosines,
                      response = propagated_response(ensemble.record.sums, row);
     const int layer = ensemble.record.sums.layers[row];
-    const Lattice lattice({columns, layer + 1});
+    const Lattice lattice({model_columns, layer + 1});
     double area = 0, mode = 0;
-    for (int i = 0; i < columns; ++i) {
+    for (int i = 0; i < model_columns; ++i) {
       const double value = response.without_block[2][static_cast<std::size_t>(i)];
       area += value;
-      mode += value * std::cos(2 * std::numbers::pi * 7 * lattice.x(layer, i) / columns);
+      mode += value * std::cos(2 * std::numbers::pi * 7 * lattice.x(layer, i) / model_columns);
     }
     CHECK(area == Approx(1));
     CHECK(mode == Approx(found.without_block[2][6]).margin(1e-12));
-    CHECK(found.whole.size() == modes);
+    CHECK(found.whole.size() == model_modes);
   }
 }
 
@@ -158,7 +158,7 @@ TEST_CASE("what single layers have for themselves is biased without a reference 
   // The share of its variance that does not travel is missing from every mode of w.
   const LayerSpectrum spectrum = layer_spectrum(without.record.sums, 5, 0);
   const double z = Lattice::depth(without.record.sums.layers[5]) - Lattice::depth(0),
-               k = 2 * std::numbers::pi / columns;
+               k = 2 * std::numbers::pi / model_columns;
   const double truth = std::cos(c * k * z) * std::exp(-D * k * k * z / 2);
   CHECK(spectrum.whole[0] == Approx(truth * (1 + 1 / (1 + model.slip)) / 2).margin(4 * spectrum.noise[0]));
   CHECK(std::abs(spectrum.whole[0] - truth) > 4 * spectrum.noise[0]);

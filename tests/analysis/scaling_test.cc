@@ -495,7 +495,7 @@ std::vector<Replicated> without_scatter(const std::vector<double>& x, std::size_
   return known;
 }
 
-constexpr int repetitions = 3000;
+constexpr int fits = 3000;
 
 }  // namespace
 
@@ -510,16 +510,16 @@ TEST_CASE("chi squared about a line is its degrees of freedom on average, howeve
   std::vector<double> x;
   for (std::size_t i = 0; i < points; ++i) x.push_back(std::log(0.1 + 0.05 * static_cast<double>(i)));
   double mean = 0, mean_of_law = 0;
-  for (int r = 0; r < repetitions; ++r) {
+  for (int r = 0; r < fits; ++r) {
     const std::vector<Replicated> y = noisy_line(x, blocks, shared, random);
     const LineTest test = test_line(x, y);
     REQUIRE(test.reason.empty());
     REQUIRE(test.degrees_of_freedom == static_cast<int>(points) - 2);
-    mean += test.chi2 / repetitions;
-    mean_of_law += fit_power_law(without_scatter(x, blocks), y, {0.1, 0.3}).scatter.chi2 / repetitions;
+    mean += test.chi2 / fits;
+    mean_of_law += fit_power_law(without_scatter(x, blocks), y, {0.1, 0.3}).scatter.chi2 / fits;
   }
   const double p = static_cast<double>(points) - 2, m = p + 2;
-  const double error = std::sqrt(2 * p * (blocks - 3) / (blocks - m - 2) / repetitions);
+  const double error = std::sqrt(2 * p * (blocks - 3) / (blocks - m - 2) / fits);
   CAPTURE(shared, points, mean, error);
   CHECK(std::abs(mean - p) < 5 * error);
   CHECK(mean_of_law == Approx(mean).epsilon(1e-9));  // the law fitted does not matter, only what is across it

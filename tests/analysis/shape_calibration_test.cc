@@ -14,21 +14,21 @@ using namespace granuscope;
 
 namespace {
 
-constexpr int columns = 120;
+constexpr int ring_columns = 120;
 using Profile = std::function<std::vector<double>(int)>;
 
 /// Integrated over each bead, periodic, area 1.
 Profile integrated(const std::function<double(double)>& density) {
   return [=](int layer) {
     constexpr int points = 20, images = 3;
-    const Lattice lattice({columns, layer + 1});
+    const Lattice lattice({ring_columns, layer + 1});
     std::vector<double> profile;
     double sum = 0;
-    for (int i = 0; i < columns; ++i) {
+    for (int i = 0; i < ring_columns; ++i) {
       double value = 0;
       for (int image = -images; image <= images; ++image) {
         for (int k = 0; k < points; ++k) {
-          value += density(lattice.x(layer, i) + image * columns + (k + 0.5) / points - 0.5);
+          value += density(lattice.x(layer, i) + image * ring_columns + (k + 0.5) / points - 0.5);
         }
       }
       profile.push_back(value);
@@ -42,9 +42,9 @@ Profile integrated(const std::function<double(double)>& density) {
 /// The q-model's response after n layers.
 Profile binomial(int n) {
   return [=](int layer) {
-    const Lattice lattice({columns, layer + 1});
+    const Lattice lattice({ring_columns, layer + 1});
     std::vector<double> profile;
-    for (int i = 0; i < columns; ++i) {
+    for (int i = 0; i < ring_columns; ++i) {
       const double k = lattice.x(layer, i) + n / 2.0;
       const bool reached = k >= 0 && k <= n;
       profile.push_back(
@@ -100,7 +100,7 @@ Counts judge(const Profile& response, double noise, int times, int layer = 40) {
   Counts counts;
   for (int seed = 1; seed <= times; ++seed) {
     const SyntheticNoise each{noise * highest * std::sqrt(blocks * per_block), static_cast<std::uint64_t>(seed)};
-    const MeasuredEnsemble ensemble = synthetic_ensemble(response, 0.9, each, columns, {layer}, blocks, per_block);
+    const MeasuredEnsemble ensemble = synthetic_ensemble(response, 0.9, each, ring_columns, {layer}, blocks, per_block);
     const LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, 0, 1);
     const auto fit = fit_shape(spectrum, coarse_shape(spectrum, Lattice::depth(layer)));
     ++counts.fits;

@@ -156,23 +156,23 @@ TEST_CASE("shapes that a fit may try and no response has: next to no width, none
 
 namespace {
 
-constexpr int columns = 400;
+constexpr int drawn_columns = 400;
 
 std::vector<double> profile_of(int layer, const std::function<double(double)>& response) {
-  const Lattice lattice({columns, layer + 1});
-  std::vector<double> profile(columns);
-  for (int i = 0; i < columns; ++i) profile[static_cast<std::size_t>(i)] = response(lattice.x(layer, i));
+  const Lattice lattice({drawn_columns, layer + 1});
+  std::vector<double> profile(drawn_columns);
+  for (int i = 0; i < drawn_columns; ++i) profile[static_cast<std::size_t>(i)] = response(lattice.x(layer, i));
   return profile;
 }
 
 /// The binomial response in layer n to a load on bead 0, by the recursion that defines it.
 std::vector<double> q_model(int layer) {
-  std::vector<double> row(columns);
-  row[columns / 2] = 1;
+  std::vector<double> row(drawn_columns);
+  row[drawn_columns / 2] = 1;
   for (int n = 0; n < layer; ++n) {
-    const Lattice lattice({columns, n + 2});
-    std::vector<double> below(columns);
-    for (int i = 0; i < columns; ++i) {
+    const Lattice lattice({drawn_columns, n + 2});
+    std::vector<double> below(drawn_columns);
+    for (int i = 0; i < drawn_columns; ++i) {
       below[static_cast<std::size_t>(lattice.lower_left(n, i))] += row[static_cast<std::size_t>(i)] / 2;
       below[static_cast<std::size_t>(lattice.lower_right(n, i))] += row[static_cast<std::size_t>(i)] / 2;
     }
@@ -187,7 +187,8 @@ Transport measure(const std::function<std::vector<double>(int)>& response_of, do
   fit.last_layer = 120;
   fit.layer_step = 5;
   return measure_transport(
-             synthetic_ensemble(response_of, 0.9, {noise, 5}, columns, layers_to_record(fit, {}), 32, 100), fit, {}, 0)
+             synthetic_ensemble(response_of, 0.9, {noise, 5}, drawn_columns, layers_to_record(fit, {}), 32, 100), fit,
+             {}, 0)
       .transport;
 }
 
@@ -212,11 +213,12 @@ TEST_CASE("two shifted binomials are two peaks, and their widths those of the q-
   // Half of the load each, carried sideways by half a bead per layer; sampled where the lattice has its beads.
   const auto two_binomials = [](int layer) {
     const std::vector<double> one = q_model(layer);
-    std::vector<double> both(columns);
+    std::vector<double> both(drawn_columns);
     const int shift = layer / 2 / 2 * 2;
-    for (int i = 0; i < columns; ++i) {
-      both[static_cast<std::size_t>((i + shift) % columns)] += one[static_cast<std::size_t>(i)] / 2;
-      both[static_cast<std::size_t>((i - shift + columns) % columns)] += one[static_cast<std::size_t>(i)] / 2;
+    for (int i = 0; i < drawn_columns; ++i) {
+      both[static_cast<std::size_t>((i + shift) % drawn_columns)] += one[static_cast<std::size_t>(i)] / 2;
+      both[static_cast<std::size_t>((i - shift + drawn_columns) % drawn_columns)] +=
+          one[static_cast<std::size_t>(i)] / 2;
     }
     return both;
   };
@@ -238,7 +240,7 @@ TEST_CASE("the isotropic elastic response is rejected as a double Gaussian") {
     return profile_of(layer, [z](double x) {
       double sum = 0;
       for (int image = -20; image <= 20; ++image) {
-        const double at = x + image * columns;
+        const double at = x + image * drawn_columns;
         sum += 2 * z * z * z / (std::numbers::pi * std::pow(at * at + z * z, 2));
       }
       return sum;
@@ -260,7 +262,7 @@ TEST_CASE("two peaks on a plateau are rejected, with the share that two Gaussian
   const auto with_plateau = [](int layer) {
     const double z = Lattice::depth(layer);
     const auto peaks = [&](double x) {
-      return evaluate({0.55 * z, std::sqrt(0.08 * z)}, std::vector<double>{x}, columns)[0];
+      return evaluate({0.55 * z, std::sqrt(0.08 * z)}, std::vector<double>{x}, drawn_columns)[0];
     };
     const double flat = 0.6 / (1.1 * z);
     return profile_of(layer, [&](double x) { return 0.4 * peaks(x) + (std::abs(x) < 0.55 * z ? flat : 0); });
@@ -534,7 +536,7 @@ struct Verdict {
   PeakEvidence evidence;
   std::string reason;
 };
-Verdict judge(const LayerSpectrum& spectrum) {
+Verdict judge_noisy(const LayerSpectrum& spectrum) {
   const auto best = fit_shape(spectrum, coarse_shape(spectrum, 14));
   REQUIRE(best);
   const PeakEvidence evidence = weigh_peaks(spectrum, *best);
@@ -548,12 +550,12 @@ TEST_CASE("sines tell that a peak has moved, however wide it is and wherever on 
   for (const DoubleGaussian truth : {DoubleGaussian{4, 6}, {2, 5}, {16, 5}, {7, 2}}) {
     LayerSpectrum spectrum = noisy_spectrum(truth, 0.01, 1);
     CAPTURE(truth.peak, truth.width);
-    const Verdict by_both = judge(spectrum);
+    const Verdict by_both = judge_noisy(spectrum);
     CHECK(by_both.evidence.for_moved_peak > 25);
     CHECK(by_both.reason.empty());
     const bool merged = truth.peak < truth.width;
     spectrum.sines = {};
-    const Verdict by_cosines = judge(spectrum);
+    const Verdict by_cosines = judge_noisy(spectrum);
     CHECK(std::isnan(by_cosines.evidence.for_moved_peak));
     CHECK(by_cosines.evidence.for_two_peaks == by_both.evidence.for_two_peaks);
     CHECK(by_cosines.reason.empty() == !merged);
@@ -564,7 +566,7 @@ TEST_CASE("a peak in the middle is called moved as seldom as its noise is two st
   int moved = 0;
   constexpr int times = 400;
   for (int seed = 1; seed <= times; ++seed) {
-    const Verdict verdict = judge(noisy_spectrum({0, 4}, 0.05, static_cast<unsigned>(seed)));
+    const Verdict verdict = judge_noisy(noisy_spectrum({0, 4}, 0.05, static_cast<unsigned>(seed)));
     CHECK(verdict.evidence.for_moved_peak > -1e-9);
     moved += verdict.evidence.for_moved_peak > least_evidence_for_two_peaks ? 1 : 0;
   }

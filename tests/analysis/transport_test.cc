@@ -32,12 +32,12 @@ namespace {
 
 constexpr int made_up_columns = 300;
 
-FitSpec short_window() {
+FitSpec shallow_window() {
   return {.first_layer = 60, .last_layer = 120, .layer_step = 5, .shallow_layer = 40, .other_scaling_windows = {}};
 }
 
-Transport measure(const MeasuredEnsemble& ensemble, int threads = 2) {
-  return measure_transport(ensemble, short_window(), {60, 120}, threads).transport;
+Transport measure_shallow(const MeasuredEnsemble& ensemble, int threads = 2) {
+  return measure_transport(ensemble, shallow_window(), {60, 120}, threads).transport;
 }
 
 /// All block sums and counts twice, as if every sample had entered its block twice.
@@ -80,15 +80,15 @@ MeasuredEnsemble frictionless_ensemble(const std::vector<int>& layers, double ov
 }  // namespace
 
 TEST_CASE("layers to record hold the window, alternate parities and the figures' layers") {
-  const std::vector<int> layers = layers_to_record(short_window(), {61, 80, 119});
+  const std::vector<int> layers = layers_to_record(shallow_window(), {61, 80, 119});
   CHECK(std::is_sorted(layers.begin(), layers.end()));
   for (int layer : {60, 61, 65, 80, 119, 120, 40}) CHECK(std::count(layers.begin(), layers.end(), layer) == 1);
 }
 
 TEST_CASE("a noiseless response gives back its c and D") {
   const KnownTransport known;
-  const Transport t =
-      measure(synthetic_ensemble(known, {1e-7, 1}, made_up_columns, layers_to_record(short_window(), {}), 32, 100));
+  const Transport t = measure_shallow(
+      synthetic_ensemble(known, {1e-7, 1}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100));
   CHECK(t.c.value == Approx(known.c).margin(1e-7));
   CHECK(t.D.value == Approx(known.D).margin(1e-6));
   CHECK(t.position_offset.value == Approx(known.position_offset).margin(1e-5));
@@ -101,14 +101,14 @@ TEST_CASE("a noiseless response gives back its c and D") {
 
 TEST_CASE("at another angle of the contacts the same peaks are read in bead diameters, and claims stay open") {
   MeasuredEnsemble ensemble =
-      synthetic_ensemble({}, {1e-7, 1}, made_up_columns, layers_to_record(short_window(), {}), 32, 100);
-  const Transport usual = measure(ensemble);
+      synthetic_ensemble({}, {1e-7, 1}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100);
+  const Transport usual = measure_shallow(ensemble);
   for (const double angle : {20.0, 45.0, 60.0}) {
     CAPTURE(angle);
     const BeadGeometry geometry(angle);
     ensemble.spec.lattice.angle = angle;
     ensemble.record.sums.rows = rows_of({}, angle);
-    const Transport t = measure(ensemble);
+    const Transport t = measure_shallow(ensemble);
     // From columns and layers of 30 degrees to those of another lattice.
     const double across = geometry.twice_sine, down = geometry.twice_cosine / sqrt3;
     CHECK(t.c0() == Approx(geometry.tangent));
@@ -140,8 +140,8 @@ TEST_CASE("on a ring just wide enough no image of a peak is taken for it") {
   KnownTransport known;
   for (const int narrow : {150, 180, 210}) {
     const MeasuredEnsemble ensemble =
-        synthetic_ensemble(known, {}, narrow, layers_to_record(short_window(), {}), 16, 256);
-    const MeasuredTransport measured = measure_transport(ensemble, short_window(), {}, 1);
+        synthetic_ensemble(known, {}, narrow, layers_to_record(shallow_window(), {}), 16, 256);
+    const MeasuredTransport measured = measure_transport(ensemble, shallow_window(), {}, 1);
     INFO(narrow);
     CHECK(std::abs(measured.transport.c.value - known.c) < 5 * measured.transport.c.standard_error);
     for (const DepthFit& depth : measured.transport.depths) CHECK(depth.peak_position.value < 0.5 * narrow);
@@ -149,7 +149,7 @@ TEST_CASE("on a ring just wide enough no image of a peak is taken for it") {
 }
 
 TEST_CASE("layers recorded for a figure change no number") {
-  const auto window = layers_to_record(short_window(), {}), more = layers_to_record(short_window(), {61, 88, 119});
+  const auto window = layers_to_record(shallow_window(), {}), more = layers_to_record(shallow_window(), {61, 88, 119});
   const MeasuredEnsemble with_figures = synthetic_ensemble({}, {0.5, 3}, made_up_columns, more, 32, 100);
   MeasuredEnsemble without = with_figures;
   BlockSums& sums = without.record.sums;
@@ -169,7 +169,7 @@ TEST_CASE("layers recorded for a figure change no number") {
     quantity.sum = keep(all.sum);
     quantity.sum_of_squares = keep(all.sum_of_squares);
   }
-  const Transport a = measure(with_figures), b = measure(without);
+  const Transport a = measure_shallow(with_figures), b = measure_shallow(without);
   CHECK(a.depths.size() == b.depths.size() + 3);
   CHECK(a.depths_in_window == b.depths_in_window);
   CHECK(a.c.value == b.c.value);
@@ -185,8 +185,8 @@ TEST_CASE("noisy responses are unbiased, their errors right and chi2 about 1", "
   int depths = 0;
   constexpr int repetitions = 60;
   for (std::uint64_t seed = 1; seed <= repetitions; ++seed) {
-    const Transport t =
-        measure(synthetic_ensemble(known, {0.5, seed}, made_up_columns, layers_to_record(short_window(), {}), 32, 100));
+    const Transport t = measure_shallow(
+        synthetic_ensemble(known, {0.5, seed}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100));
     REQUIRE(t.c.known());
     const double c = (t.c.value - known.c) / t.c.standard_error, D = (t.D.value - known.D) / t.D.standard_error;
     pull_c += c / repetitions;
@@ -205,8 +205,8 @@ TEST_CASE("noisy responses are unbiased, their errors right and chi2 about 1", "
 
 TEST_CASE("every sample entered twice within its block leaves every number and every error unchanged") {
   const MeasuredEnsemble once =
-      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(short_window(), {}), 32, 100);
-  const Transport a = measure(once), b = measure(doubled(once));
+      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100);
+  const Transport a = measure_shallow(once), b = measure_shallow(doubled(once));
   const auto same = [](const Estimate& x, const Estimate& y) {
     CHECK(x.value == Approx(y.value).epsilon(1e-12));
     CHECK(x.standard_error == Approx(y.standard_error).epsilon(1e-9));
@@ -231,8 +231,8 @@ TEST_CASE("every sample entered twice within its block leaves every number and e
 
 TEST_CASE("the number of threads changes nothing") {
   const MeasuredEnsemble ensemble =
-      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(short_window(), {}), 32, 100);
-  const Transport one = measure(ensemble, 1), many = measure(ensemble, 5);
+      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100);
+  const Transport one = measure_shallow(ensemble, 1), many = measure_shallow(ensemble, 5);
   CHECK(one.c.value == many.c.value);
   CHECK(one.c.standard_error == many.c.standard_error);
   CHECK(one.D.value == many.D.value);
@@ -241,7 +241,7 @@ TEST_CASE("the number of threads changes nothing") {
 
 TEST_CASE("without friction c is tan 30 degrees and D is 0 by the exact path") {
   for (double overload : {1.0, 0.25, 3.0}) {
-    const Transport t = measure(frictionless_ensemble(layers_to_record(short_window(), {}), overload));
+    const Transport t = measure_shallow(frictionless_ensemble(layers_to_record(shallow_window(), {}), overload));
     CHECK(t.exact);
     CHECK(std::abs(t.c.value - tan30) < 1e-14);
     CHECK(std::abs(t.D.value) < 1e-14);
@@ -256,8 +256,8 @@ TEST_CASE("a width below the bead's is flagged and leaves the window") {
   narrow.c = 0.57;
   narrow.D = 0.004;
   narrow.width_offset = 0.0;  // W = 0.5 at z = 62.5
-  const Transport t =
-      measure(synthetic_ensemble(narrow, {0.01, 3}, made_up_columns, layers_to_record(short_window(), {}), 32, 1000));
+  const Transport t = measure_shallow(
+      synthetic_ensemble(narrow, {0.01, 3}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 1000));
   for (const DepthFit& depth : t.depths) {
     INFO("layer " << depth.layer << " W " << depth.width.value);
     if (std::abs(narrow.D * depth.z - 0.25) < 0.01) continue;  // too close to tell
@@ -270,17 +270,17 @@ TEST_CASE("a width below the bead's is flagged and leaves the window") {
 
 TEST_CASE("an ensemble with an empty block is unknown, not a crash") {
   MeasuredEnsemble ensemble =
-      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(short_window(), {}), 32, 100);
+      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100);
   ensemble.record.sums.count[5] = 0;
-  const Transport t = measure(ensemble);
+  const Transport t = measure_shallow(ensemble);
   CHECK_FALSE(t.c.known());
   CHECK_FALSE(t.c.reason.empty());
   CHECK_FALSE(t.c_thrust.known());
 }
 
 TEST_CASE("profiles are mirror symmetric, sum to the overload and carry their fit") {
-  const Transport t =
-      measure(synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(short_window(), {}), 32, 100));
+  const Transport t = measure_shallow(
+      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(shallow_window(), {}), 32, 100));
   REQUIRE(t.profiles.size() == 2);
   for (const ResponseProfile& profile : t.profiles) {
     const std::size_t n = profile.x.size();
@@ -300,10 +300,10 @@ TEST_CASE("profiles are mirror symmetric, sum to the overload and carry their fi
 
 TEST_CASE("c and D alone are those that come with their errors") {
   for (const double noise : {0.05, 0.5, 3.0}) {
-    const FitSpec spec = short_window();
+    const FitSpec spec = shallow_window();
     const MeasuredEnsemble ensemble =
         synthetic_ensemble({}, {noise, 9}, made_up_columns, layers_to_record(spec, {}), 16, 50);
-    const Transport whole = measure(ensemble);
+    const Transport whole = measure_shallow(ensemble);
     const Slopes slopes = measure_slopes(ensemble, spec);
     CAPTURE(noise);
     CHECK(whole.c.known() == std::isfinite(slopes.c));
@@ -311,7 +311,7 @@ TEST_CASE("c and D alone are those that come with their errors") {
     CHECK(slopes.c == Approx(whole.c.value).epsilon(1e-12));
     CHECK(slopes.D == Approx(whole.D.value).epsilon(1e-12));
   }
-  const FitSpec spec = short_window();
+  const FitSpec spec = shallow_window();
   const MeasuredEnsemble exact = frictionless_ensemble(layers_to_record(spec, {}), 1);
   CHECK(measure_slopes(exact, spec).c == Approx(tan30).epsilon(1e-9));
   CHECK(measure_slopes(exact, spec).D == Approx(0).margin(1e-9));
@@ -334,7 +334,7 @@ constexpr IndependentResult independent[] = {{0.1, 0.5748, 0.0002, 0.0048, 0.000
 constexpr double half_unit = 0.5e-4;  ///< of the last printed digit of c_thrust
 constexpr std::uint64_t seed = 4711;
 
-MeasuredTransport measure(double mu, const FitSpec& fit) {
+MeasuredTransport measure_shallow(double mu, const FitSpec& fit) {
   EnsembleSpec spec;
   spec.sampler.mu = mu;
   spec.sampler.seed = seed;
@@ -349,7 +349,7 @@ TEST_CASE("c, D, c_thrust and beta of real piles agree with an independent imple
   const FitSpec fit;
   std::vector<MeasuredTransport> results;
   for (const IndependentResult& expected : independent) {
-    results.push_back(measure(expected.mu, fit));
+    results.push_back(measure_shallow(expected.mu, fit));
     const Transport& t = results.back().transport;
     CAPTURE(seed, expected.mu, t.c.value, t.c.standard_error, t.D.value, t.D.standard_error, t.c_thrust.value);
     REQUIRE(t.c.known());
@@ -361,7 +361,7 @@ TEST_CASE("c, D, c_thrust and beta of real piles agree with an independent imple
     CHECK(t.c.standard_error <= 1.5 * expected.c_error);
     CHECK(t.D.standard_error <= 1.5 * expected.D_error);
   }
-  results.push_back(measure(0.15, fit));
+  results.push_back(measure_shallow(0.15, fit));
   const ScalingFit beta = fit_scaling(results, {0.1, 0.3}).beta;
   CAPTURE(beta.exponent.value, beta.exponent.standard_error);
   CHECK(beta.points == 4);

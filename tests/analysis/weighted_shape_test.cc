@@ -9,16 +9,16 @@ using namespace granuscope;
 
 namespace {
 
-constexpr int columns = 300;
+constexpr int spectrum_columns = 300;
 
 LayerSpectrum spectrum_of(std::vector<std::pair<double, DoubleGaussian>> shares) {
   LayerSpectrum spectrum;
-  spectrum.columns = columns;
-  spectrum.whole.assign((columns - 1) / 2, 0.0);
+  spectrum.columns = spectrum_columns;
+  spectrum.whole.assign((spectrum_columns - 1) / 2, 0.0);
   spectrum.noise.assign(spectrum.whole.size(), 1.0);
   std::vector<ModeValue> modes(spectrum.whole.size());
   for (const auto& [share, shape] : shares) {
-    fourier_modes(shape, columns, false, modes);
+    fourier_modes(shape, spectrum_columns, false, modes);
     for (std::size_t i = 0; i < modes.size(); ++i) spectrum.whole[i] += share * modes[i].value;
   }
   return spectrum;
@@ -28,9 +28,10 @@ LayerSpectrum spectrum_of(std::vector<std::pair<double, DoubleGaussian>> shares)
 double sum_of_squares(const LayerSpectrum& spectrum, ModeWeights weights, DoubleGaussian shape, double of_weights) {
   double sum = 0;
   for (std::size_t i = 0; i < spectrum.whole.size(); ++i) {
-    const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / columns;
+    const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum_columns;
     const double weight = weights == ModeWeights::equal ? 1 : std::exp(-k * k * (of_weights * of_weights + 1) / 4);
-    const double missed = spectrum.whole[i] - fourier_mode(shape, static_cast<int>(i + 1), columns, false).value;
+    const double missed =
+        spectrum.whole[i] - fourier_mode(shape, static_cast<int>(i + 1), spectrum_columns, false).value;
     sum += weight * missed * missed;
   }
   return sum;
@@ -79,19 +80,19 @@ TEST_CASE("sines fit to a peak that has gone around half of the ring") {
   const DoubleGaussian truth{230, 9};
   LayerSpectrum spectrum = spectrum_of({{1, truth}});
   std::vector<ModeValue> cosines(spectrum.whole.size()), sines(spectrum.whole.size());
-  fourier_modes(truth, columns, false, cosines, sines);
+  fourier_modes(truth, spectrum_columns, false, cosines, sines);
   for (const ModeValue& sine : sines) spectrum.sines.whole.push_back(sine.value);
   for (const double start : {67.0, 72.0, 232.0}) {
     const auto found = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {start, 7});
     REQUIRE(found);
-    CHECK(found->peak == Approx(columns - truth.peak));  // the smaller of the two
+    CHECK(found->peak == Approx(spectrum_columns - truth.peak));  // the smaller of the two
     CHECK(found->width == Approx(truth.width));
   }
   // Of the peak that moves to the other side they are no sines of it.
   for (double& sine : spectrum.sines.whole) sine = -sine;
   const auto mirrored = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {67, 7});
   REQUIRE(mirrored);
-  CHECK(mirrored->peak == Approx(columns - truth.peak));
+  CHECK(mirrored->peak == Approx(spectrum_columns - truth.peak));
   CHECK(mirrored->width == Approx(truth.width));
 }
 
@@ -99,7 +100,7 @@ TEST_CASE("sines up to a factor fit as those to scale, with the factor that fits
   const DoubleGaussian truth{230, 9};
   LayerSpectrum spectrum = spectrum_of({{1, truth}});
   std::vector<ModeValue> cosines(spectrum.whole.size()), sines(spectrum.whole.size());
-  fourier_modes(truth, columns, false, cosines, sines);
+  fourier_modes(truth, spectrum_columns, false, cosines, sines);
   spectrum.sines_to_scale = false;
   std::mt19937_64 random(5);
   std::normal_distribution<double> gauss(0, 0.02);
@@ -112,17 +113,17 @@ TEST_CASE("sines up to a factor fit as those to scale, with the factor that fits
     const auto found = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {67, 7});
     REQUIRE(found);
     if (noisy == 0) {
-      CHECK(found->peak == Approx(columns - truth.peak));
+      CHECK(found->peak == Approx(spectrum_columns - truth.peak));
       CHECK(found->width == Approx(truth.width));
       continue;
     }
-    CHECK(std::abs(found->peak - (columns - truth.peak)) > 1e-3);
+    CHECK(std::abs(found->peak - (spectrum_columns - truth.peak)) > 1e-3);
     // With the weights of the width found, no other peak, width and factor leave less.
     const auto squares = [&](double peak, double width, double factor) {
-      double sum = sum_of_squares(spectrum, ModeWeights::by_width, {columns - peak, width}, found->width);
-      fourier_modes({columns - peak, width}, columns, false, cosines, sines);
+      double sum = sum_of_squares(spectrum, ModeWeights::by_width, {spectrum_columns - peak, width}, found->width);
+      fourier_modes({spectrum_columns - peak, width}, spectrum_columns, false, cosines, sines);
       for (std::size_t i = 0; i < sines.size(); ++i) {
-        const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / columns;
+        const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum_columns;
         const double missed = spectrum.sines.whole[i] - factor * sines[i].value;
         sum += std::exp(-k * k * (found->width * found->width + 1) / 4) * missed * missed;
       }

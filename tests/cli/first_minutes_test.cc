@@ -32,7 +32,7 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 /// Exit status of a command line of the shell.
-int status_of(const std::string& command) {
+int status_of_shell(const std::string& command) {
   const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): nothing else runs
   REQUIRE(WIFEXITED(status));
   return WEXITSTATUS(status);
@@ -111,7 +111,7 @@ TEST_CASE("A reader that leaves early ends the program without a word") {
   for (const std::string& verb : {"run " + experiment + "--print-config", std::string("reference")}) {
     INFO(verb);
     const std::string errors = (folder / "errors").string();
-    CHECK(status_of("bash -o pipefail -c '{ sleep 0.2; " + program + verb + " 2>" + errors + "; } | true'") == 0);
+    CHECK(status_of_shell("bash -o pipefail -c '{ sleep 0.2; " + program + verb + " 2>" + errors + "; } | true'") == 0);
     CHECK(text_of(errors).empty());
   }
 }
@@ -173,14 +173,14 @@ TEST_CASE("Manual pages and completions know every verb and flag, and their read
   std::ofstream(script) << ". '" << (folder / "bash-completion/completions/granuscope").string() << "'\n"
                         << "COMP_WORDS=(granuscope ren) COMP_CWORD=1; _granuscope; echo \"${COMPREPLY[*]}\"\n"
                         << "COMP_WORDS=(granuscope render --im) COMP_CWORD=2; _granuscope; echo \"${COMPREPLY[*]}\"\n";
-  CHECK(status_of("bash -eu " + script + " >" + script + ".out") == 0);
+  CHECK(status_of_shell("bash -eu " + script + " >" + script + ".out") == 0);
   CHECK(text_of(script + ".out") == "render\n--image\n");
   // The formatter of manual pages, where it is installed, has nothing to warn about.
-  if (status_of("command -v groff >/dev/null") == 0) {
+  if (status_of_shell("command -v groff >/dev/null") == 0) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "man")) {
       if (!entry.is_regular_file()) continue;
       const std::string said = (folder / "said").string();
-      CHECK(status_of("groff -k -ww -man -Tutf8 -z '" + entry.path().string() + "' 2>" + said) == 0);
+      CHECK(status_of_shell("groff -k -ww -man -Tutf8 -z '" + entry.path().string() + "' 2>" + said) == 0);
       INFO(entry.path());
       CHECK(text_of(said).empty());
     }
@@ -200,7 +200,8 @@ namespace {
 /// Debian's interpreter, which has Debian's modules; "" where `module` is missing.
 std::string python_with(const std::string& module) {
   const std::string python = "/usr/bin/python3";
-  if (status_of("test -x " + python + " && " + python + " -c 'import " + module + "' 2>/dev/null") == 0) return python;
+  if (status_of_shell("test -x " + python + " && " + python + " -c 'import " + module + "' 2>/dev/null") == 0)
+    return python;
   WARN("no " << python << " with " << module << " here: nothing was tested");
   return "";
 }
@@ -216,8 +217,8 @@ TEST_CASE("The Python examples read an ensemble and a pile") {
                                       "samples = 256\n[fit]\nfirst_layer = 24\nlast_layer = 42\n"
                                       "[figures.response_profiles]\nshow = false\n";
   REQUIRE(granuscope_command({"run", at + "/e.toml", "--out", at + "/out", "--only", "sample"}).code == 0);
-  REQUIRE(status_of(python + " " + scripts + "response_profile.py " + at + "/out/ensembles/mu-0.h5 24 >" + at +
-                    "/r.csv") == 0);
+  REQUIRE(status_of_shell(python + " " + scripts + "response_profile.py " + at + "/out/ensembles/mu-0.h5 24 >" + at +
+                          "/r.csv") == 0);
   // Without friction the overload of 1 goes down two lines of beads, half of it each, at c0 z from the middle.
   std::istringstream rows(text_of(folder / "r.csv"));
   std::string head;
@@ -244,13 +245,13 @@ TEST_CASE("The Python examples read an ensemble and a pile") {
       0);
   if (!python_with("vtkmodules").empty()) {  // tubes of the contacts between beads, as wide as their forces
     REQUIRE(granuscope_command({"export", at + "/p.h5", "-o", at + "/p.vtu"}).code == 0);
-    REQUIRE(status_of(python + " " + scripts + "paraview_tubes.py " + at + "/p.vtu " + at + "/t.vtp") == 0);
+    REQUIRE(status_of_shell(python + " " + scripts + "paraview_tubes.py " + at + "/p.vtu " + at + "/t.vtp") == 0);
     CHECK_THAT(text_of(folder / "t.vtp"),
                Contains("Name=\"N\"") && Contains("NumberOfStrips=\"" + std::to_string(2 * 20 * 11 * 8) + "\""));
   }
   if (python_with("matplotlib").empty()) return;
-  REQUIRE(status_of("MPLCONFIGDIR=" + at + " " + python + " " + scripts + "force_chains.py " + at + "/p.h5 " + at +
-                    "/c.png 2>/dev/null") == 0);
+  REQUIRE(status_of_shell("MPLCONFIGDIR=" + at + " " + python + " " + scripts + "force_chains.py " + at + "/p.h5 " +
+                          at + "/c.png 2>/dev/null") == 0);
   CHECK(text_of(folder / "c.png").substr(1, 3) == "PNG");
   CHECK(std::filesystem::file_size(folder / "c.png") > 10'000);
 }
@@ -384,7 +385,7 @@ TEST_CASE("A run takes page, style sheets and tables from a folder of templates,
   CHECK_THAT(built_in, !Contains("#123456") && !Contains("Our own") && !Contains("Ours "));
   CHECK_THAT(text_of(folder / "out/summary.md"), !Contains("Our own summary"));
 
-  const bool with_pdf = status_of("command -v weasyprint pdfinfo >/dev/null") == 0;
+  const bool with_pdf = status_of_shell("command -v weasyprint pdfinfo >/dev/null") == 0;
   if (!with_pdf) {
     WARN("no weasyprint or no pdfinfo here: the style sheet of the PDF was not tested");
     return;
@@ -392,7 +393,7 @@ TEST_CASE("A run takes page, style sheets and tables from a folder of templates,
   std::ofstream(folder / "e.toml")
       << std::string(one_plot_text).replace(one_plot_text.find("pdf = false"), 11, "pdf = true");
   run({"--templates", words, "--require-pdf"});
-  CHECK(status_of("pdfinfo " + at + "/out/report.pdf | grep 'Page size: *425.* x 65[12]' >/dev/null") == 0);
+  CHECK(status_of_shell("pdfinfo " + at + "/out/report.pdf | grep 'Page size: *425.* x 65[12]' >/dev/null") == 0);
 }
 
 TEST_CASE("A machine without OpenGL paints the same picture, and doctor says so") {
@@ -404,12 +405,12 @@ TEST_CASE("A machine without OpenGL paints the same picture, and doctor says so"
   // LeakSanitizer cannot be told whose leak it is.
   const std::string without = "env GALLIUM_DRIVER=none-such LIBGL_ALWAYS_SOFTWARE=1 ASAN_OPTIONS=detect_leaks=0 ";
   const std::string said = (folder / "said").string();
-  CHECK(status_of(without + render + "auto.png 2>" + said) == 0);
+  CHECK(status_of_shell(without + render + "auto.png 2>" + said) == 0);
   CHECK_THAT(text_of(said), Contains("without OpenGL") && Contains("GALLIUM_DRIVER"));
-  CHECK(status_of(render + "none.png --backend none 2>/dev/null") == 0);
+  CHECK(status_of_shell(render + "none.png --backend none 2>/dev/null") == 0);
   CHECK((text_of(folder / "auto.png") == text_of(folder / "none.png")));
-  CHECK(status_of(without + render + "osmesa.png --backend osmesa 2>/dev/null") == 3);  // asked for by name
-  CHECK(status_of(without + GRANUSCOPE_BINARY_DIR "/granuscope doctor >" + said) == 0);
+  CHECK(status_of_shell(without + render + "osmesa.png --backend osmesa 2>/dev/null") == 3);  // asked for by name
+  CHECK(status_of_shell(without + GRANUSCOPE_BINARY_DIR "/granuscope doctor >" + said) == 0);
   CHECK_THAT(text_of(said), Contains("the processor paints the same pixels"));
 }
 

@@ -39,7 +39,7 @@ void store_pile(const std::filesystem::path& file) {
 }
 
 /// The program itself, which reads its environment before anything else does.
-ProcessResult program(std::vector<std::string> arguments, const std::map<std::string, std::string>& environment) {
+ProcessResult run_program(std::vector<std::string> arguments, const std::map<std::string, std::string>& environment) {
   ProcessSpec spec;
   arguments.insert(arguments.begin(), std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope");
   spec.arguments = std::move(arguments);
@@ -204,9 +204,9 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
   store_pile(scratch / "pile.h5");
   const auto drawn = [&](const std::string& name, const std::map<std::string, std::string>& environment) {
     std::filesystem::path image = scratch / (name + ".png");
-    const ProcessResult result = program({"render", (scratch / "pile.h5").string(), "--image", image.string(),
-                                          "--width", "500", "--dpi", "100", "--backend", "osmesa"},
-                                         environment);
+    const ProcessResult result = run_program({"render", (scratch / "pile.h5").string(), "--image", image.string(),
+                                              "--width", "500", "--dpi", "100", "--backend", "osmesa"},
+                                             environment);
     INFO(result.standard_error);
     REQUIRE(result.exit_code == 0);
     return image;
@@ -261,8 +261,8 @@ TEST_CASE("where there is no OSMesa, as from Mesa 25.1 on, EGL without a window 
   for (const char* name : {"lib/libOSMesa.so.8", "lib/libOSMesa.so"}) write_file(scratch / name, "no library");
   const auto told_by = [&](const char* backend, const char* name, const std::string& libraries) {
     const ProcessResult result =
-        program({"render", pile, "--image", (scratch / name).string(), "--width", "2000", "--backend", backend},
-                {{"LD_LIBRARY_PATH", libraries}, {"ASAN_OPTIONS", "detect_leaks=0"}});
+        run_program({"render", pile, "--image", (scratch / name).string(), "--width", "2000", "--backend", backend},
+                    {{"LD_LIBRARY_PATH", libraries}, {"ASAN_OPTIONS", "detect_leaks=0"}});
     CAPTURE(result.standard_error);
     REQUIRE(result.exit_code == 0);
     return result.standard_error;
@@ -320,7 +320,7 @@ TEST_CASE("no OpenGL library is loaded unless a picture needs one") {
   const test::TemporaryFolder scratch;
   // Of glibc's loader: tells every library that it opens.
   const auto loads_gl = [](const std::vector<std::string>& arguments) {
-    const ProcessResult result = program(arguments, {{"LD_DEBUG", "files"}});
+    const ProcessResult result = run_program(arguments, {{"LD_DEBUG", "files"}});
     REQUIRE(result.exit_code == 0);
     REQUIRE_THAT(result.standard_error, Contains("libpng"));
     return result.standard_error.find("libOSMesa") != std::string::npos ||

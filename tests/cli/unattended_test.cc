@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string program = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
+const std::string binary = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
 
 std::string experiment(int seed) {
   return smallest_experiment_text + "show = false\n" + no_pdf + "[sampling]\nseed = " + std::to_string(seed) + "\n";
@@ -34,7 +34,7 @@ ProcessResult run_with_gnuplot(const test::TemporaryFolder& scratch, const std::
   const test::FakePrograms programs(scratch / "programs");
   programs.only("gnuplot", script);
   ProcessSpec spec;
-  spec.arguments = {program, "run", config.string(), "--out", (scratch / "out").string()};
+  spec.arguments = {binary, "run", config.string(), "--out", (scratch / "out").string()};
   return run_process(spec);
 }
 
@@ -89,7 +89,7 @@ TEST_CASE("A run goes on when nobody reads its progress any more") {
   if (child == 0) {
     ::signal(SIGPIPE, SIG_DFL);
     ::dup2(ends[1], STDERR_FILENO);
-    ::execl(program.c_str(), "granuscope", "run", (scratch / "e.toml").c_str(), "--out", (scratch / "out").c_str(),
+    ::execl(binary.c_str(), "granuscope", "run", (scratch / "e.toml").c_str(), "--out", (scratch / "out").c_str(),
             static_cast<char*>(nullptr));
     ::_exit(99);
   }
@@ -183,7 +183,7 @@ TEST_CASE("A bench that is stopped says so and leaves its folder as it was") {
   spec.arguments = {"/bin/sh", "-c",
                     "\"$0\" bench render --folder \"$1\" 2>\"$1/said\" & child=$!; "
                     "while ! grep -q making \"$1/said\"; do sleep 0.02; done; kill -TERM $child; wait $child",
-                    program, scratch.path().string()};
+                    binary, scratch.path().string()};
   const ProcessResult result = run_process(spec);
   CHECK(result.exit_code == 4);
   CHECK_THAT(read_file(scratch / "said"), Contains("a suite measured half tells nothing"));

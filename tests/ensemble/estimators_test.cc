@@ -22,13 +22,13 @@ namespace granuscope {
 
 namespace {
 
-EnsembleSpec small_ensemble(int columns) { return test::small_ensemble(multiplexed_response(0.4), columns); }
+EnsembleSpec small_response(int columns) { return test::small_ensemble(multiplexed_response(0.4), columns); }
 
 }  // namespace
 
 TEST_CASE("multiplexed: block sums are the cross-correlations of separately drawn piles, of w and of H") {
   for (const int columns : {12, 13}) {
-    EnsembleSpec spec = small_ensemble(columns);
+    EnsembleSpec spec = small_response(columns);
     spec.layers = {5, 22};  // layer 0 comes along
     spec.record_H = true;
     const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
@@ -75,14 +75,14 @@ TEST_CASE("multiplexed: block sums are the cross-correlations of separately draw
 }
 
 TEST_CASE("multiplexed: epsilon is part of the configuration and must leave every bead loaded") {
-  EnsembleSpec spec = small_ensemble(12), other = spec;
+  EnsembleSpec spec = small_response(12), other = spec;
   other.response.epsilon = 0.25;
   CHECK(configuration_text(spec) != configuration_text(other));
   for (const double epsilon : {0.0, -0.1, 1.0, std::nan("")}) {
     spec.response.epsilon = epsilon;
     CHECK_THROWS_AS(validate(spec), InputError);
   }
-  spec = small_ensemble(12);
+  spec = small_response(12);
   spec.load = Load::uniform;
   CHECK_THROWS_AS(validate(spec), InputError);
 }
@@ -110,7 +110,7 @@ TEST_CASE("multiplexed: the signs of the loads are fair and independent") {
 }
 
 TEST_CASE("multiplexed: opposite loads of one key give half the difference of two separately drawn piles") {
-  EnsembleSpec spec = small_ensemble(12);
+  EnsembleSpec spec = small_response(12);
   spec.response.opposite = true;
   spec.layers = {0, 7, 22};
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
@@ -158,7 +158,7 @@ TEST_CASE("multiplexed: opposite loads of one key give half the difference of tw
 TEST_CASE("multiplexed: opposite loads cancel most of the noise of small variations at small friction") {
   // The scatter of eight numbers of four waves over 32 blocks of 8 samples: their ratio is known to a fifth.
   const auto scatter = [](bool opposite) {
-    EnsembleSpec spec = small_ensemble(32);
+    EnsembleSpec spec = small_response(32);
     spec.sampler.mu = 0.1;
     spec.response.epsilon = 0.1;
     spec.response.opposite = opposite;
@@ -182,7 +182,7 @@ TEST_CASE("multiplexed: opposite loads cancel most of the noise of small variati
 }
 
 TEST_CASE("multiplexed: its options are part of the configuration and must leave something to measure") {
-  EnsembleSpec spec = small_ensemble(24), opposite = spec, run = spec;
+  EnsembleSpec spec = small_response(24), opposite = spec, run = spec;
   opposite.response.opposite = true;
   run.response.sign_run = 3;
   CHECK(configuration_text(spec) != configuration_text(opposite));
@@ -253,14 +253,14 @@ TEST_CASE("every estimator, under every law and of every model, gives the same b
 
 namespace {
 
-EnsembleSpec small_ensemble() {
+EnsembleSpec small_response() {
   return test::small_ensemble({.estimator = EstimatorName::paired, .overload = 0.5}, 24);
 }
 
 }  // namespace
 
 TEST_CASE("paired: block sums are those of separately drawn pairs") {
-  const EnsembleSpec spec = small_ensemble();
+  const EnsembleSpec spec = small_response();
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
   const Lattice lattice(spec.lattice);
   const auto sampler = make_sampler(spec.sampler, lattice);
@@ -306,7 +306,7 @@ TEST_CASE("paired: block sums are those of separately drawn pairs") {
 
 TEST_CASE("paired: near the top the response is that of the geometry") {
   // Layer 0 carries the overload itself; in layer 1 the two beads below share it, whatever the splits.
-  const EnsembleSpec spec = small_ensemble();
+  const EnsembleSpec spec = small_response();
   const EnsembleRecord record = run_ensemble(spec, 0, nullptr);
   const std::vector<double>& sum = record.sums.quantities.at("response").sum;
   for (std::size_t b = 0; b < 8; ++b) {
@@ -318,14 +318,14 @@ TEST_CASE("paired: near the top the response is that of the geometry") {
 }
 
 TEST_CASE("paired: without friction nothing is redrawn") {
-  EnsembleSpec spec = small_ensemble();
+  EnsembleSpec spec = small_response();
   spec.sampler.mu = 0;
   const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
   for (const double share : record.sums.quantities.at("redrawn").sum) CHECK(share == 0);
 }
 
 TEST_CASE("ensembles of different estimators, overloads and epsilons are told apart") {
-  EnsembleSpec point = small_ensemble(), paired = point, stronger = point;
+  EnsembleSpec point = small_response(), paired = point, stronger = point;
   point.response.estimator = EstimatorName::point;
   stronger.response.overload = 1;
   CHECK(configuration_text(point) != configuration_text(paired));

@@ -20,7 +20,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string refusal_of_values(const std::string& text) {
   try {
     parse_experiment(text, "x.toml");
   } catch (const InputError& error) {
@@ -105,7 +105,8 @@ TEST_CASE("Laws of small piles get piles that they can complete") {
   const Experiment e = parse_experiment("[sampling]\nlaw = \"polytope\"\n", "x.toml");
   CHECK(e.lattice.columns * e.lattice.layers <= 4096);
   CHECK(e.force_chains.columns * e.force_chains.computed_layers() <= 4096);
-  CHECK_THAT(refusal("[sampling]\nlaw = \"rejection\"\n"), Contains("x.toml:2:1: sampling.law: ") && Contains("256"));
+  CHECK_THAT(refusal_of_values("[sampling]\nlaw = \"rejection\"\n"),
+             Contains("x.toml:2:1: sampling.law: ") && Contains("256"));
 }
 
 TEST_CASE("Windows and figures follow the layers") {
@@ -147,17 +148,18 @@ TEST_CASE("Samples and blocks follow each other") {
   CHECK(parse_experiment("[response]\nblocks = 1000\n", "x.toml").response.samples == 8000);
   CHECK(parse_experiment("[response]\nsamples = 100\n", "x.toml").response.blocks == 12);
   // Loads beside the centres are held against the experiment's own friction.
-  CHECK(refusal("[friction]\nmu = 0.3\n[sampling]\nload_offset = 0.2\n") == "(accepted)");
-  CHECK_THAT(refusal("[friction]\nmu = 0.1\n[sampling]\nload_offset = 0.2\n"), Contains("at mu = 0.1"));
-  CHECK_THAT(refusal("[friction]\nmu = [0,3]\n"), Contains("3 is out of range") && Contains("0.3 has a point"));
-  CHECK_THAT(refusal("[sampling]\nmodel = \"q-model\"\n"), Contains("did you mean model.name?"));
-  CHECK_THAT(refusal("\x89HDF\r\n"), Contains("this is an HDF5 file"));
+  CHECK(refusal_of_values("[friction]\nmu = 0.3\n[sampling]\nload_offset = 0.2\n") == "(accepted)");
+  CHECK_THAT(refusal_of_values("[friction]\nmu = 0.1\n[sampling]\nload_offset = 0.2\n"), Contains("at mu = 0.1"));
+  CHECK_THAT(refusal_of_values("[friction]\nmu = [0,3]\n"),
+             Contains("3 is out of range") && Contains("0.3 has a point"));
+  CHECK_THAT(refusal_of_values("[sampling]\nmodel = \"q-model\"\n"), Contains("did you mean model.name?"));
+  CHECK_THAT(refusal_of_values("\x89HDF\r\n"), Contains("this is an HDF5 file"));
   const std::string weight = "[friction]\nmu = 0.3\n[scan]\nparameter = \"bead_weight\"\nvalues = [0.1, 0.5]\n";
   CHECK(parse_experiment(weight, "x.toml").fit.scaling_window == std::array{0.1, 0.5});
-  CHECK_THAT(refusal("[response]\nsamples = 50\n"), Contains("x.toml:2:1: response.samples: "));
+  CHECK_THAT(refusal_of_values("[response]\nsamples = 50\n"), Contains("x.toml:2:1: response.samples: "));
   CHECK(parse_experiment("[response]\nsamples = 200000\n[precision]\nc = 1e-4\n", "x.toml").precision.most_samples ==
         200000);
-  CHECK(refusal("[response]\nblocks = 500\n[studies.chain_share]\nsamples = 8000\n") == "(accepted)");
+  CHECK(refusal_of_values("[response]\nblocks = 500\n[studies.chain_share]\nsamples = 8000\n") == "(accepted)");
 }
 
 TEST_CASE("What is wrong in a file is told at once, in its order") {
@@ -177,7 +179,7 @@ TEST_CASE("What is wrong in a file is told at once, in its order") {
   }
   std::string many = "[lattice]\n";
   for (int k = 0; k < 50; ++k) many += fmt::format("key_{} = 1\n", k);
-  CHECK_THAT(refusal(many), Contains("30 more things are wrong"));
+  CHECK_THAT(refusal_of_values(many), Contains("30 more things are wrong"));
 }
 
 TEST_CASE("An experiment without a name has that of its file") {
@@ -192,21 +194,21 @@ TEST_CASE("An experiment without a name has that of its file") {
 
 TEST_CASE("What a refusal advises is accepted, and a default is never its reason") {
   const std::string shallow = "[friction]\nmu = [0.2, 0.3]\n[lattice]\nlayers = 60\n";
-  CHECK_THAT(refusal(shallow + "columns = 200\n[response]\noverloads = 4\n"),
+  CHECK_THAT(refusal_of_values(shallow + "columns = 200\n[response]\noverloads = 4\n"),
              Contains("response.overloads: 4 overloads on 200 columns: down to layer 39 they need 416 columns") &&
                  Contains("give 0 for as many as fit, or lattice.columns = 416"));
-  CHECK(refusal(shallow + "columns = 416\n[response]\noverloads = 4\n") == "(accepted)");
-  CHECK(refusal(shallow + "columns = 200\n[response]\noverloads = 0\n") == "(accepted)");
+  CHECK(refusal_of_values(shallow + "columns = 416\n[response]\noverloads = 4\n") == "(accepted)");
+  CHECK(refusal_of_values(shallow + "columns = 200\n[response]\noverloads = 0\n") == "(accepted)");
   CHECK(parse_experiment("[response]\noverloads = 3\n", "x.toml").lattice.columns % 3 == 0);
-  CHECK_THAT(refusal("[response]\nsamples = -5\n"), Contains("give 64 to 1000000000"));
-  CHECK(refusal("[response]\nsamples = 64\n") == "(accepted)");
+  CHECK_THAT(refusal_of_values("[response]\nsamples = -5\n"), Contains("give 64 to 1000000000"));
+  CHECK(refusal_of_values("[response]\nsamples = 64\n") == "(accepted)");
   const std::string studies = "[studies.small_friction]\nmu = [0.2, 0.3]\n";
   CHECK(parse_experiment("[friction]\nmu = []\n" + studies, "x.toml").mu == std::vector<double>{0});
-  CHECK_THAT(refusal("[friction]\nmu = []\n"), Contains("friction.mu: the list is empty"));
+  CHECK_THAT(refusal_of_values("[friction]\nmu = []\n"), Contains("friction.mu: the list is empty"));
 }
 
 TEST_CASE("What is wrong with report and gate is told at once") {
-  const std::string all = refusal(
+  const std::string all = refusal_of_values(
       "[report]\nabout = \"nonsense\"\nkey_figure = \"dispersoin\"\n[gate.expect]\nfoo = \"reproduced\"\nnoise = "
       "\"maybe\"\n");
   CHECK_THAT(all, Contains("x.toml:2:1: report.about: ") && Contains("x.toml:3:1: report.key_figure: ") &&

@@ -22,7 +22,7 @@ using Catch::Matchers::StartsWith;
 
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string refusal_of_file(const std::string& text) {
   try {
     parse_experiment(text, "mine.toml");
   } catch (const InputError& error) {
@@ -433,44 +433,48 @@ TEST_CASE("Lists are sorted when read, numbers may be written whole") {
 }
 
 TEST_CASE("An unknown key is refused with file, line, column and the nearest known key") {
-  CHECK(refusal("[lattice]\ncolumns = 500\nlayer = 200\n") ==
+  CHECK(refusal_of_file("[lattice]\ncolumns = 500\nlayer = 200\n") ==
         "mine.toml:3:1: unknown key lattice.layer: a mistyped key would silently keep its default; did you mean "
         "lattice.layers?");
-  CHECK_THAT(refusal("[latice]\ncolumns = 500\n"), StartsWith("mine.toml:1:2: ") && Contains("did you mean lattice?"));
+  CHECK_THAT(refusal_of_file("[latice]\ncolumns = 500\n"),
+             StartsWith("mine.toml:1:2: ") && Contains("did you mean lattice?"));
   // The right key in the wrong table.
-  CHECK_THAT(refusal("[response]\nseed = 3\n"), Contains("did you mean sampling.seed?"));
-  CHECK_THAT(refusal("[figures.response_profile]\nmu = 0.3\n"), Contains("did you mean figures.response_profiles?"));
-  CHECK_THAT(refusal("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows angle, columns, layers"));
-  CHECK_THAT(refusal("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are claims, experiment,"));
-  CHECK_THAT(refusal("seed = 3\n"), Contains("did you mean sampling.seed?"));
+  CHECK_THAT(refusal_of_file("[response]\nseed = 3\n"), Contains("did you mean sampling.seed?"));
+  CHECK_THAT(refusal_of_file("[figures.response_profile]\nmu = 0.3\n"),
+             Contains("did you mean figures.response_profiles?"));
+  CHECK_THAT(refusal_of_file("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows angle, columns, layers"));
+  CHECK_THAT(refusal_of_file("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are claims, experiment,"));
+  CHECK_THAT(refusal_of_file("seed = 3\n"), Contains("did you mean sampling.seed?"));
   // Where several tables have it, the one that is meant most often.
-  CHECK_THAT(refusal("columns = 60\n"), Contains("did you mean lattice.columns?"));
-  CHECK_THAT(refusal("[experiment]\nsamples = 60\n"), Contains("did you mean response.samples?"));
-  CHECK_THAT(refusal("mu = [0.1]\n"), Contains("did you mean friction.mu?"));
-  CHECK_THAT(refusal("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
+  CHECK_THAT(refusal_of_file("columns = 60\n"), Contains("did you mean lattice.columns?"));
+  CHECK_THAT(refusal_of_file("[experiment]\nsamples = 60\n"), Contains("did you mean response.samples?"));
+  CHECK_THAT(refusal_of_file("mu = [0.1]\n"), Contains("did you mean friction.mu?"));
+  CHECK_THAT(refusal_of_file("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
 }
 
 TEST_CASE("A value of the wrong type is refused with what is expected") {
-  CHECK(refusal("[lattice]\n  columns = 500.5\n") ==
+  CHECK(refusal_of_file("[lattice]\n  columns = 500.5\n") ==
         "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; write columns = 500, "
         "for example: beads per layer, "
         "periodic in x; even or odd (4 to 1000000)");
-  CHECK_THAT(refusal("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
-  CHECK_THAT(refusal("[friction]\nmu = true\n"), Contains("must be a list of numbers but is true or false"));
-  CHECK_THAT(refusal("[friction]\nmu = [0.3, \"0.4\"]\n"), Contains("a list that holds something else"));
-  CHECK_THAT(refusal("[friction]\nmu = 2024-01-01\n"), Contains("is a date or time"));
-  CHECK_THAT(refusal("lattice = 3\n"), Contains("lattice must be a table but is a whole number; write [lattice]"));
-  CHECK_THAT(refusal("[[lattice]]\ncolumns = 3\n"), Contains("lattice must be a table"));
-  CHECK_THAT(refusal("[lattice.columns]\nx = 3\n"), Contains("must be a whole number but is a table"));
-  CHECK_THAT(refusal("[report]\npdf = 1\n"), Contains("must be true or false"));
-  CHECK_THAT(refusal("[gate.expect]\nD-of-mu = 1\n"), Contains("gate.expect.D-of-mu must be a string"));
-  CHECK_THAT(refusal("[fit]\nother_scaling_windows = [0.1, 0.3, 0.5]\n"), Contains("a list of pairs of numbers"));
-  CHECK_THAT(refusal("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
-  CHECK_THAT(refusal("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
-  CHECK_THAT(refusal("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));
-  CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random, rightwards and fixed"));
-  CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is out of range; give at least 0"));
-  CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("give 4 to 1000000"));
+  CHECK_THAT(refusal_of_file("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
+  CHECK_THAT(refusal_of_file("[friction]\nmu = true\n"), Contains("must be a list of numbers but is true or false"));
+  CHECK_THAT(refusal_of_file("[friction]\nmu = [0.3, \"0.4\"]\n"), Contains("a list that holds something else"));
+  CHECK_THAT(refusal_of_file("[friction]\nmu = 2024-01-01\n"), Contains("is a date or time"));
+  CHECK_THAT(refusal_of_file("lattice = 3\n"),
+             Contains("lattice must be a table but is a whole number; write [lattice]"));
+  CHECK_THAT(refusal_of_file("[[lattice]]\ncolumns = 3\n"), Contains("lattice must be a table"));
+  CHECK_THAT(refusal_of_file("[lattice.columns]\nx = 3\n"), Contains("must be a whole number but is a table"));
+  CHECK_THAT(refusal_of_file("[report]\npdf = 1\n"), Contains("must be true or false"));
+  CHECK_THAT(refusal_of_file("[gate.expect]\nD-of-mu = 1\n"), Contains("gate.expect.D-of-mu must be a string"));
+  CHECK_THAT(refusal_of_file("[fit]\nother_scaling_windows = [0.1, 0.3, 0.5]\n"),
+             Contains("a list of pairs of numbers"));
+  CHECK_THAT(refusal_of_file("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
+  CHECK_THAT(refusal_of_file("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
+  CHECK_THAT(refusal_of_file("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));
+  CHECK_THAT(refusal_of_file("[sampling]\nlayer_order = \"left\"\n"), Contains("random, rightwards and fixed"));
+  CHECK_THAT(refusal_of_file("[sampling]\nseed = -1\n"), Contains("-1 is out of range; give at least 0"));
+  CHECK_THAT(refusal_of_file("[lattice]\ncolumns = 5000000000\n"), Contains("give 4 to 1000000"));
 }
 
 TEST_CASE("A whole number may be written with a point or an exponent") {
@@ -484,29 +488,30 @@ TEST_CASE("A whole number may be written with a point or an exponent") {
         std::vector<double>{0.1, 0.3, 0.8});
   CHECK(parse_experiment("[friction]\nmu = 0.30000000000001\n", "mine.toml").mu[0] == 0.30000000000001);
   CHECK(parse_experiment("[friction]\nmu = 0.12345678901234568\n", "mine.toml").mu[0] == 0.12345678901234568);
-  CHECK_THAT(refusal("[response]\nsamples = 1e30\n"), Contains("must be a whole number"));
-  CHECK_THAT(refusal("[response]\nsamples = inf\n"), Contains("must be a whole number"));
+  CHECK_THAT(refusal_of_file("[response]\nsamples = 1e30\n"), Contains("must be a whole number"));
+  CHECK_THAT(refusal_of_file("[response]\nsamples = inf\n"), Contains("must be a whole number"));
 }
 
 TEST_CASE("Encodings and signs that TOML does not know are named") {
-  CHECK_THAT(refusal(std::string("\xff\xfe[\0l\0", 6)), Contains("UTF-16"));
-  CHECK_THAT(refusal(std::string("[\0l\0a\0", 6)), Contains("UTF-16"));
-  CHECK_THAT(refusal("[experiment]\nname = \"M\xfcller\"\n"), Contains("Latin-1") && Contains("UTF-8"));
-  CHECK_THAT(refusal("[experiment]\nname = \"Müller\"\n[sampling]\nload_angle = −3\n"),
+  CHECK_THAT(refusal_of_file(std::string("\xff\xfe[\0l\0", 6)), Contains("UTF-16"));
+  CHECK_THAT(refusal_of_file(std::string("[\0l\0a\0", 6)), Contains("UTF-16"));
+  CHECK_THAT(refusal_of_file("[experiment]\nname = \"M\xfcller\"\n"), Contains("Latin-1") && Contains("UTF-8"));
+  CHECK_THAT(refusal_of_file("[experiment]\nname = \"Müller\"\n[sampling]\nload_angle = −3\n"),
              StartsWith("mine.toml:4:") && Contains("U+2212"));
-  CHECK_THAT(refusal("[sampling]\nbead_weight = 0,3\n"), Contains("decimal comma"));
-  CHECK_THAT(refusal("[sampling]\nbead_weight = \"0,3\"\n"), Contains("decimal comma"));
-  CHECK_THAT(refusal("[lattice\n"), !Contains("comma") && !Contains("UTF"));
+  CHECK_THAT(refusal_of_file("[sampling]\nbead_weight = 0,3\n"), Contains("decimal comma"));
+  CHECK_THAT(refusal_of_file("[sampling]\nbead_weight = \"0,3\"\n"), Contains("decimal comma"));
+  CHECK_THAT(refusal_of_file("[lattice\n"), !Contains("comma") && !Contains("UTF"));
 }
 
 TEST_CASE("Text that is not TOML is refused with its place") {
-  CHECK_THAT(refusal("[lattice\ncolumns = 500\n"), StartsWith("mine.toml:1:") && Contains("not valid TOML"));
-  CHECK_THAT(refusal("[lattice]\ncolumns = 500\ncolumns = 600\n"), StartsWith("mine.toml:3:"));
-  CHECK_THAT(refusal("[lattice]\nlayers = \xff\xfe\n"), StartsWith("mine.toml:2:") && Contains("not valid TOML"));
-  CHECK_THAT(refusal("[experiment]\nname = \"\xc3\x28\"\n"), Contains("not valid TOML"));
-  CHECK_THAT(refusal("[sampling]\nseed = 99999999999999999999\n"), Contains("not valid TOML"));
-  CHECK_THAT(refusal("a = " + std::string(100'000, '[')), Contains("not valid TOML"));
-  CHECK_THAT(refusal(std::string(2'000'000, '#')), Contains("2000000 bytes are too many"));
+  CHECK_THAT(refusal_of_file("[lattice\ncolumns = 500\n"), StartsWith("mine.toml:1:") && Contains("not valid TOML"));
+  CHECK_THAT(refusal_of_file("[lattice]\ncolumns = 500\ncolumns = 600\n"), StartsWith("mine.toml:3:"));
+  CHECK_THAT(refusal_of_file("[lattice]\nlayers = \xff\xfe\n"),
+             StartsWith("mine.toml:2:") && Contains("not valid TOML"));
+  CHECK_THAT(refusal_of_file("[experiment]\nname = \"\xc3\x28\"\n"), Contains("not valid TOML"));
+  CHECK_THAT(refusal_of_file("[sampling]\nseed = 99999999999999999999\n"), Contains("not valid TOML"));
+  CHECK_THAT(refusal_of_file("a = " + std::string(100'000, '[')), Contains("not valid TOML"));
+  CHECK_THAT(refusal_of_file(std::string(2'000'000, '#')), Contains("2000000 bytes are too many"));
 }
 
 TEST_CASE("What is no readable file is refused") {

@@ -8,7 +8,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-const Json summary = Json::parse(R"({
+const Json table_summary = Json::parse(R"({
   "named": "law", "none": [],
   "rows": [{"mu": 0.1, "n": 1, "steps": [{"at": 1}, {"at": 2}]}, {"mu": 0.1, "n": 2, "steps": []},
            {"mu": 0.3, "n": 0, "steps": [{"at": 3}]}]
@@ -17,7 +17,7 @@ const Json summary = Json::parse(R"({
 const Json overlay = Json::parse(R"({"own": true, "others": false})");
 
 std::string table(const std::string& text) {
-  return page_table("tables/test.table", text, PageScope(summary, overlay, Markup::html));
+  return page_table("tables/test.table", text, PageScope(table_summary, overlay, Markup::html));
 }
 
 /// The rows alone.

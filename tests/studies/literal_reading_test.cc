@@ -36,7 +36,7 @@ MeasuredEnsemble piles(double mu, double c, double D, double offset = 0) {
 }
 
 /// The study of the friction coefficients 0.1 to 0.3 with c0 - c = 0.06 mu^gamma and D = `prefactor` mu^beta.
-std::unique_ptr<Study> study_of(double gamma, double beta, double prefactor = 6) {
+std::unique_ptr<Study> reading_of(double gamma, double beta, double prefactor = 6) {
   auto study = literal_reading_study();
   MainLine main;
   main.fit.shallow_layer = 10;
@@ -50,12 +50,12 @@ std::unique_ptr<Study> study_of(double gamma, double beta, double prefactor = 6)
 }
 
 nlohmann::ordered_json read(double gamma, double beta, double prefactor = 6) {
-  return study_of(gamma, beta, prefactor)->json();
+  return reading_of(gamma, beta, prefactor)->json();
 }
 
 /// The claim of a study that is asked for.
 Claim claim_of(double gamma, double beta) {
-  const auto study = study_of(gamma, beta);
+  const auto study = reading_of(gamma, beta);
   for (const Key& key : study->keys()) key.set(true);
   return study->claims({}).at(0);
 }
@@ -134,7 +134,7 @@ TEST_CASE("The exponents read at one depth are judged together, and the one that
   CHECK(missed.verdict == "not reproduced");
   CHECK(missed.quantity.starts_with("α"));
   CHECK(missed.measured.value == Approx(1 / 1.8).margin(0.01));
-  const auto readings = study_of(1, 2.5)->readings();
+  const auto readings = reading_of(1, 2.5)->readings();
   REQUIRE(readings.size() == 1);
   CHECK(readings[0].points.size() == 4);
   CHECK(readings[0].fits.gamma.exponent.value == Approx(1).margin(1e-3));

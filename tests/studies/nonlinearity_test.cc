@@ -23,9 +23,9 @@ using test::TemporaryFolder;
 
 namespace {
 
-constexpr int columns = 200;
+constexpr int load_columns = 200;
 
-FitSpec window() {
+FitSpec load_window() {
   return {.first_layer = 60, .last_layer = 120, .layer_step = 5, .shallow_layer = 60, .other_scaling_windows = {}};
 }
 
@@ -39,10 +39,10 @@ MeasuredEnsemble ensemble(double mu, EstimatorName estimator, double load, doubl
   SyntheticNoise noise;
   noise.per_sample = 0.05;
   noise.seed = seed;
-  MeasuredEnsemble made = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 16, 64);
+  MeasuredEnsemble made = synthetic_ensemble(known, noise, load_columns, layers_to_record(load_window(), {}), 16, 64);
   made.spec.sampler.mu = mu;
   made.spec.response.estimator = estimator;
-  made.spec.lattice = {columns, 141};
+  made.spec.lattice = {load_columns, 141};
   const bool multiplexed = estimator == EstimatorName::multiplexed;
   made.spec.response.overload = multiplexed ? 1 : load;
   made.spec.response.epsilon = multiplexed ? load : 0;
@@ -85,7 +85,7 @@ LoadExponents exponents(const ResponseSpec& load_spec, bool reference) {
 }  // namespace
 
 TEST_CASE("c, D and the exponents of a load are compared with those of the linear response") {
-  LoadComparer measurer(window(), 0.25, 2);
+  LoadComparer measurer(load_window(), 0.25, 2);
   std::uint64_t seed = 1;
   for (const double mu : {0.1, 0.2, 0.3}) {
     measurer.add(ensemble(mu, EstimatorName::multiplexed, 0.25, 0, 0, 0.25, seed++));
@@ -134,7 +134,7 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
 
 TEST_CASE("loads that can be fitted nearly as far up share a window, one that cannot keeps a shorter one of its own",
           "[unsanitized]") {
-  LoadComparer measurer(window(), 0.25, 1);
+  LoadComparer measurer(load_window(), 0.25, 1);
   for (const double mu : {0.1, 0.2, 0.25, 0.3}) {
     const double D = 0.9 * mu * mu;
     const auto reaches_half_a_bead_at = [&](int layer) { return 0.25 - D * Lattice::depth(layer); };
@@ -181,7 +181,7 @@ TEST_CASE("loads that can be fitted nearly as far up share a window, one that ca
 }
 
 TEST_CASE("without a linear response, or without piles, nothing is compared, and the reasons are told") {
-  LoadComparer measurer(window(), 0.25, 1);
+  LoadComparer measurer(load_window(), 0.25, 1);
   MeasuredEnsemble empty = ensemble(0.2, EstimatorName::point, 1, 0, 0, 0.4, 1);
   empty.record.sums.count.back() = 0;
   measurer.add(ensemble(0.2, EstimatorName::point, 0.5, 0, 0, 0.4, 1));
@@ -192,7 +192,7 @@ TEST_CASE("without a linear response, or without piles, nothing is compared, and
   CHECK_THAT(measured.responses[0].D_shift.reason, Catch::Contains("linear response is unknown"));
   CHECK_THAT(measured.responses[1].D.reason, Catch::Contains("no completed pile"));
   CHECK_THAT(measured.exponents[0].beta.reason, Catch::Contains("an exponent needs 3"));
-  CHECK(LoadComparer(window(), 0.25, 1).finish().responses.empty());
+  CHECK(LoadComparer(load_window(), 0.25, 1).finish().responses.empty());
 }
 
 TEST_CASE("The loads are plotted against the linear response, and what cannot be compared is left out") {

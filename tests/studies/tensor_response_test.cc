@@ -46,7 +46,7 @@ void set_depths(Study& study) {
 using Parts = std::array<double, 4>;
 
 template <typename Propagator>
-nlohmann::ordered_json measured(Propagator parts_at, double kappa) {
+nlohmann::ordered_json tensor_json(Propagator parts_at, double kappa) {
   MeasuredEnsemble ensemble = ensemble_of(0.3, {columns, 200}, lags);
   add_quantity(ensemble.record.sums, "thrust", 1, [&](int, int, int) { return kappa; });
   add_quantity(ensemble.record.sums, "propagation", 2 * columns, [&](int block, int row, int i) {
@@ -64,7 +64,7 @@ nlohmann::ordered_json measured(Propagator parts_at, double kappa) {
 
 /// Waves of sigma_xx = eta sigma_zz - nu d/dx sigma_xz and sigma_zx = sigma_xz, handed down layer by layer.
 nlohmann::ordered_json closed(double eta, double nu) {
-  return measured(
+  return tensor_json(
       [&](double k, int layers) {
         using Complex = std::complex<double>;
         const Complex i(0, 1);
@@ -290,7 +290,7 @@ TEST_CASE("A gradient beside the ratio is found with its coefficient, and is wha
 }
 
 TEST_CASE("An elastic half plane is closed by no ratio: the best one misses sqrt(4/5) of sigma_xx") {
-  const auto one = measured(
+  const auto one = tensor_json(
       [](double k, int layers) {
         const double kz = k * layers * sqrt3 / 2, decay = std::exp(-kz);
         return Parts{(1 + kz) * decay, (1 - kz) * decay, -kz * decay, -kz * decay};

@@ -44,7 +44,7 @@ bool ends(pid_t pid) {
   return false;
 }
 
-std::string failure_of(const ProcessSpec& spec) {
+std::string failure_to_run(const ProcessSpec& spec) {
   try {
     run_process(spec);
   } catch (const EnvironmentError& error) {
@@ -107,37 +107,37 @@ TEST_CASE("a program that cannot be started is named, with what to do") {
   ProcessSpec spec;
   SECTION("nowhere in PATH") {
     spec.arguments = {"no-such-program-anywhere"};
-    CHECK_THAT(failure_of(spec), Contains("'no-such-program-anywhere'") && Contains("PATH") && Contains("doctor"));
+    CHECK_THAT(failure_to_run(spec), Contains("'no-such-program-anywhere'") && Contains("PATH") && Contains("doctor"));
   }
   SECTION("the child's PATH counts") {
     spec.arguments = {"sh"};
     spec.environment = {{"PATH", folder.path().string()}};
-    CHECK_THAT(failure_of(spec), Contains("'sh'"));
+    CHECK_THAT(failure_to_run(spec), Contains("'sh'"));
   }
   SECTION("a text without an interpreter line is not handed to a shell") {
     write_file(folder / "text", "echo run by a shell\n");
     fs::permissions(folder / "text", fs::perms::owner_all);
     spec.arguments = {folder / "text"};
-    CHECK_THAT(failure_of(spec), Contains("text") && Contains("Exec format error"));
+    CHECK_THAT(failure_to_run(spec), Contains("text") && Contains("Exec format error"));
   }
   SECTION("not executable") {
     write_file(folder / "text", "#!/bin/sh\n");
     spec.arguments = {folder / "text"};
-    CHECK_THAT(failure_of(spec), Contains("text"));
+    CHECK_THAT(failure_to_run(spec), Contains("text"));
   }
   SECTION("a folder is no program") {
     spec.arguments = {folder.path().string()};
-    CHECK_THAT(failure_of(spec), Contains("no such program"));
+    CHECK_THAT(failure_to_run(spec), Contains("no such program"));
   }
   SECTION("no working folder") {
     spec = shell("true");
     spec.working_folder = folder / "missing";
-    CHECK_THAT(failure_of(spec), Contains("missing") && Contains("does not exist"));
+    CHECK_THAT(failure_to_run(spec), Contains("missing") && Contains("does not exist"));
   }
-  SECTION("no arguments") { CHECK_THAT(failure_of(spec), Contains("without a name")); }
+  SECTION("no arguments") { CHECK_THAT(failure_to_run(spec), Contains("without a name")); }
   SECTION("a zero byte") {
     spec.arguments = {"echo", std::string("a\0b", 3)};
-    CHECK_THAT(failure_of(spec), Contains("zero byte"));
+    CHECK_THAT(failure_to_run(spec), Contains("zero byte"));
   }
 }
 

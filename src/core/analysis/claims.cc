@@ -102,8 +102,6 @@ std::vector<std::string> claim_ids() {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 double in_errors(double distance, double error) {
   // Without any error only the exact number agrees.
   if (error > 0) return distance / error;
@@ -148,7 +146,8 @@ double total_error(const Estimate& measured) {
 
 NumberVerdict judge_number(const Estimate& measured, const PaperNumber& paper, const std::optional<Rival>& rival) {
   const Rival other = rival ? *rival : detectable_deviation(paper, measured.value);
-  if (!measured.known() || !std::isfinite(measured.standard_error)) return {not_tested, nan, other, nan};
+  if (!measured.known() || !std::isfinite(measured.standard_error))
+    return {not_tested, std::nan(""), other, std::nan("")};
   const double error = std::hypot(total_error(measured), paper.tolerance);
   const double z = in_errors(measured.value - paper.value, std::hypot(error, paper.error));
   const double rival_distance = in_errors(measured.value - other.value, error);
@@ -161,7 +160,7 @@ Claim open_claim(const std::string& id, const std::string& statement, const std:
   claim.id = id;
   claim.statement = statement;
   claim.quantity = quantity;
-  claim.paper = claim.z_score = claim.rival = claim.rival_distance = nan;
+  claim.paper = claim.z_score = claim.rival = claim.rival_distance = std::nan("");
   return claim;
 }
 

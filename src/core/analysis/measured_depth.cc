@@ -12,8 +12,6 @@
 namespace granuscope {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 /// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
 void measure_exactly(const EnsembleRecord& record, std::size_t row, double overload, MeasuredDepth& depth) {
   const BlockMeans means = mean_response(record.sums, row, overload);
@@ -44,7 +42,7 @@ struct FittedShapes {
   Replicated peak, width, width_squared;
 };
 FittedShapes fit_replicates(const LayerSpectrum& spectrum, ModeWeights weights, DoubleGaussian start) {
-  const DoubleGaussian none{nan, nan};
+  const DoubleGaussian none{std::nan(""), std::nan("")};
   const DoubleGaussian whole = weighted_shape(spectrum, spectrum.modes(), weights, start).value_or(none);
   FittedShapes shapes{{whole.peak, {}}, {whole.width, {}}, {whole.width * whole.width, {}}};
   for (std::size_t b = 0; b < spectrum.without_block.size(); ++b) {
@@ -63,7 +61,7 @@ bool all_known(const Replicated& number) {
 
 /// Nothing is fitted, for `reason` unless there is one already.
 void set_unknown(const char* reason, const LayerSpectrum& spectrum, MeasuredDepth& depth) {
-  const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
+  const Replicated unknown{std::nan(""), std::vector<double>(spectrum.without_block.size(), std::nan(""))};
   depth.peak = depth.width = depth.width_squared = depth.peak_by_equal = depth.width_squared_by_equal = unknown;
   if (depth.fit.reason.empty()) depth.fit.reason = reason;
 }

@@ -162,7 +162,7 @@ Line fit_alike(const std::vector<double>& x, const std::vector<double>& y) {
   return fit_line(x, y, std::vector<double>(x.size(), 1.0));
 }
 
-std::vector<double> values(const std::vector<Replicated>& numbers, std::size_t block, bool whole) {
+std::vector<double> logs_of(const std::vector<Replicated>& numbers, std::size_t block, bool whole) {
   std::vector<double> result(numbers.size());
   std::ranges::transform(numbers, result.begin(),
                          [&](const Replicated& number) { return whole ? number.value : number.without_block[block]; });
@@ -189,25 +189,25 @@ RunningExponent fit_running_exponent(std::vector<Replicated> log_x, const std::v
         fmt::format("an exponent that changes needs {} friction coefficients", min_power_law_points + 1);
     return running;
   }
-  const std::vector<double> at = values(log_x, 0, true);
+  const std::vector<double> at = logs_of(log_x, 0, true);
   const auto [low, high] = std::ranges::minmax_element(at);
   running.low = std::exp(*low);
   running.high = std::exp(*high);
   const double middle = (*low + *high) / 2, half = (*high - *low) / 2;
   for (Replicated& x : log_x) x = transform([&](double number) { return number - middle; }, x);
   const std::vector<double> ones(log_x.size(), 1.0);
-  const Parabola whole = fit_parabola(values(log_x, 0, true), values(log_y, 0, true), ones);
+  const Parabola whole = fit_parabola(logs_of(log_x, 0, true), logs_of(log_y, 0, true), ones);
   const auto slope = [&](const Parabola& one, double side) { return one.slope + 2 * side * half * one.curvature; };
   Replicated at_low{slope(whole, -1), {}}, at_high{slope(whole, 1), {}};
   for (std::size_t b = 0; b < log_x.front().without_block.size(); ++b) {
-    const Parabola without = fit_parabola(values(log_x, b, false), values(log_y, b, false), ones);
+    const Parabola without = fit_parabola(logs_of(log_x, b, false), logs_of(log_y, b, false), ones);
     at_low.without_block.push_back(slope(without, -1));
     at_high.without_block.push_back(slope(without, 1));
   }
   running.at_low = estimate(at_low);
   running.at_high = estimate(at_high);
   running.scatter = test_parabola(
-      values(log_x, 0, true), across(log_x, log_y, [&](double x) { return x * (whole.slope + x * whole.curvature); }));
+      logs_of(log_x, 0, true), across(log_x, log_y, [&](double x) { return x * (whole.slope + x * whole.curvature); }));
   return running;
 }
 
@@ -228,11 +228,11 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   }
   Replicated& exponent = result.exponent;
   Replicated intercept;
-  const Line whole = fit_alike(values(log_x, 0, true), values(log_y, 0, true));
+  const Line whole = fit_alike(logs_of(log_x, 0, true), logs_of(log_y, 0, true));
   exponent.value = whole.slope;
   intercept.value = whole.intercept;
   for (std::size_t b = 0; b < log_x.front().without_block.size(); ++b) {
-    const Line line = fit_alike(values(log_x, b, false), values(log_y, b, false));
+    const Line line = fit_alike(logs_of(log_x, b, false), logs_of(log_y, b, false));
     exponent.without_block.push_back(line.slope);
     intercept.without_block.push_back(line.intercept);
   }
@@ -244,7 +244,7 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
     fit.running.at_low.reason = fit.running.at_high.reason = fit.running.scatter.reason = fit.exponent.reason;
     return result;
   }
-  fit.scatter = test_line(values(log_x, 0, true), across(log_x, log_y, [&](double x) { return whole.slope * x; }));
+  fit.scatter = test_line(logs_of(log_x, 0, true), across(log_x, log_y, [&](double x) { return whole.slope * x; }));
   fit.running = fit_running_exponent(log_x, log_y);
   return result;
 }

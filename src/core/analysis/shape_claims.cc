@@ -249,14 +249,14 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
 
 namespace {
 
-constexpr double window_slack = 1e-9;
+constexpr double scanned_slack = 1e-9;
 
 /// The results above mu = 0 up to the upper end of the scaling window: the small friction to which the paper restricts
 /// its discussion.
 std::vector<const Transport*> of_weak_friction(const Analysis& analysis, const FitSpec& fit) {
   std::vector<const Transport*> small;
   for (const Transport& result : analysis.results) {
-    if (!result.exact && result.scanned() > 0 && result.scanned() <= fit.scaling_window[1] + window_slack) {
+    if (!result.exact && result.scanned() > 0 && result.scanned() <= fit.scaling_window[1] + scanned_slack) {
       small.push_back(&result);
     }
   }
@@ -339,7 +339,7 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
   const Transport* larger = nullptr;
   for (const Transport& result : analysis.results) {
     const Estimate& share = result.centre_background;
-    if (result.scanned() <= fit.scaling_window[1] + window_slack || !share.known()) continue;
+    if (result.scanned() <= fit.scaling_window[1] + scanned_slack || !share.known()) continue;
     if (std::abs(share.value) - spec.largest_remainder <= agreement * share.standard_error) continue;
     if (larger == nullptr || share.value > larger->centre_background.value) larger = &result;
   }

@@ -21,9 +21,9 @@ using Vector = Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr int max_iterations = 50;
-constexpr double precision = 1e-8;  ///< of chi^2, relative: a step that gains less ends the search
-constexpr double narrowest = 0.05;  ///< bead diameters; a W below it has run away
-constexpr int most_halvings = 10;   ///< of a Gauss-Newton step
+constexpr double search_precision = 1e-8;  ///< of chi^2, relative: a step that gains less ends the search
+constexpr double narrowest_kept = 0.05;    ///< bead diameters; a W below it has run away
+constexpr int most_halvings = 10;          ///< of a Gauss-Newton step
 
 Eigen::Map<const Vector> as_vector(const std::vector<double>& list) {
   return {list.data(), static_cast<Eigen::Index>(list.size())};
@@ -108,7 +108,7 @@ class ExtendedFit {
       for (int halvings = 0; halvings <= most_halvings; ++halvings) {
         share /= 2;
         const DoubleGaussian shape{shape_.peak + share * step(0), shape_.width + share * step(1)};
-        if (!(shape.width > narrowest)) continue;
+        if (!(shape.width > narrowest_kept)) continue;
         chi2 = evaluate_at(shape, t_ + share * step(2));
         if (chi2 <= before) {
           shape_ = shape;
@@ -116,7 +116,7 @@ class ExtendedFit {
           break;
         }
       }
-      if (!(chi2 < before * (1 - precision))) {
+      if (!(chi2 < before * (1 - search_precision))) {
         chi2 = evaluate_at(shape_, t_);
         return std::isfinite(chi2);
       }
@@ -192,7 +192,7 @@ std::string reason_against_identification(const ShapeFit& fit, const PeakEvidenc
 namespace {
 
 constexpr double narrowest_peak = 0.3;    ///< bead diameters
-constexpr double coarse_step = 1.4;       ///< ratio of neighbouring widths of the scan
+constexpr double scan_step = 1.4;         ///< ratio of neighbouring widths of the scan
 constexpr double width_precision = 1e-4;  ///< relative; chi^2 is flat to second order at its minimum
 
 /// chi^2 of two Gaussians at distance x_p = ratio W, as a function of W.
@@ -214,16 +214,16 @@ class TiedShape {
   /// Smallest chi^2 over all widths: a scan that no local minimum can fool, then a golden section.
   double least_chi2(double widest) {
     double best_width = narrowest_peak, best = chi2(narrowest_peak);
-    double width = narrowest_peak * coarse_step;
+    double width = narrowest_peak * scan_step;
     while (width < widest) {
       if (const double value = chi2(width); value < best) {
         best = value;
         best_width = width;
       }
-      width *= coarse_step;
+      width *= scan_step;
     }
     constexpr double golden = 0.6180339887498949;
-    double low = best_width / coarse_step, high = best_width * coarse_step;
+    double low = best_width / scan_step, high = best_width * scan_step;
     double left = high - golden * (high - low), right = low + golden * (high - low);
     double at_left = chi2(left), at_right = chi2(right);
     while (high - low > width_precision * best_width) {

@@ -245,11 +245,11 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
 namespace {
 
 constexpr double width_of_bead = 1;
-constexpr int most_steps = 200;
-constexpr double precision = 1e-15;    ///< of the sum of squares, relative to the response's
-constexpr double farthest_step = 0.5;  ///< of x_p relative to W
-constexpr double least_left = 0.3;     ///< of x_p^2 and W^2 after a step
-constexpr double nothing = 1e-6;       ///< x_p^2 relative to W^2, or W^2 in bead diameters^2: as good as 0
+constexpr int most_fit_steps = 200;
+constexpr double fit_precision = 1e-15;  ///< of the sum of squares, relative to the response's
+constexpr double farthest_step = 0.5;    ///< of x_p relative to W
+constexpr double least_left = 0.3;       ///< of x_p^2 and W^2 after a step
+constexpr double nothing = 1e-6;         ///< x_p^2 relative to W^2, or W^2 in bead diameters^2: as good as 0
 constexpr double first_damping = 1e-4, damping_step = 10, least_damping = 1e-14, most_damping = 1e12;
 
 /// The normal equations of a step in x_p^2 and W^2.
@@ -384,8 +384,8 @@ std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, Resp
   fit.take(at);
   NormalEquations here = fit.equations();
   double damping = first_damping, squares = fit.sum_of_squares(at.width);
-  const double least_gain = precision * fit.power(at.width);
-  for (int step = 0; step < most_steps; ++step) {
+  const double least_gain = fit_precision * fit.power(at.width);
+  for (int step = 0; step < most_fit_steps; ++step) {
     const double pp = here.pp * (1 + damping), ww = here.ww * (1 + damping), width_squared = at.width * at.width;
     const double determinant = pp * ww - here.pw * here.pw;
     double square_step = (here.rp * ww - here.rw * here.pw) / determinant;  // of x_p^2

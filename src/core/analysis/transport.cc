@@ -15,7 +15,6 @@
 namespace granuscope {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t min_depths = least_window_depths;
 constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvature is
 
@@ -362,7 +361,7 @@ Slopes measure_slopes(const MeasuredEnsemble& ensemble, const FitSpec& spec) {
   }
   std::vector<const MeasuredDepth*> used;
   const FittedRun run = fitted_run(depths, spec, sums.rows, all_exact(depths), used);
-  if (used.size() < min_depths) return {nan, nan};
+  if (used.size() < min_depths) return {std::nan(""), std::nan("")};
   const TransportLines lines = transport_lines(run);
   return {lines.position.slope.value, lines.width.slope.value};
 }

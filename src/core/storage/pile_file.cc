@@ -36,7 +36,7 @@ constexpr std::array<ForceArray, 4> force_arrays = {{{"/V_R", false, &Pile::V_R,
                                                      {"/H_L", true, &Pile::H_L, &PilePart::H_L}}};
 
 /// A file of another program may do without naming the format, as long as it holds what a pile holds.
-void check_format(const Hdf5Reader& file) {
+void check_pile_format(const Hdf5Reader& file) {
   if (file.has_attribute("/", "format") && file.text("/", "format") != format_name) {
     file.fail(fmt::format("it is a {} file. Name a pile file.", file.text("/", "format")));
   }
@@ -71,9 +71,9 @@ struct PileDescription {
   RawData load;
 };
 
-PileDescription describe(const std::filesystem::path& file) {
+PileDescription describe_pile(const std::filesystem::path& file) {
   const Hdf5Reader reader(file, kind);
-  check_format(reader);
+  check_pile_format(reader);
   PileDescription found;
   found.lattice = read_lattice(reader);
   const auto layers = static_cast<std::uint64_t>(found.lattice.layers);
@@ -105,7 +105,7 @@ PileDescription describe_in_child(const std::filesystem::path& file) {
     bytes_put_or_get(found.load.dataset, found.load.shape, found.load.offset, found.load.values);
   };
   const std::string bytes = read_in_child(file, kind, [&] {
-    const PileDescription found = describe(file);
+    const PileDescription found = describe_pile(file);
     ByteWriter writer;
     const auto put = [&writer](const auto&... field) { (writer.put(field), ...); };
     each_field(put, found);

@@ -155,7 +155,7 @@ std::optional<double> png_width_mm(std::string_view png) {
 namespace {
 
 // Plain searches rather than std::regex, whose recursion does not survive path data of some hundred kilobytes.
-constexpr std::string_view reference = "xlink:href='#gp";
+constexpr std::string_view glyph_reference = "xlink:href='#gp";
 constexpr std::string_view identity = " id='gp";
 constexpr std::string_view colour_start = " color='";
 constexpr std::string_view current_colour = "currentColor";
@@ -167,7 +167,7 @@ bool defines_shape(std::string_view line) {
 
 /// A line that plots one point: refers to a shape and names a colour.
 bool draws_point(std::string_view line) {
-  return line.find("<use " + std::string(reference)) != std::string_view::npos &&
+  return line.find("<use " + std::string(glyph_reference)) != std::string_view::npos &&
          line.find(colour_start) != std::string_view::npos;
 }
 
@@ -193,14 +193,14 @@ std::string coloured_point(std::string line, std::vector<std::string>& colours) 
   if (end == std::string::npos) return line;
   const std::string colour = line.substr(value, end - value);
   line.erase(start, end + 1 - start);
-  extend_name(line, reference, suffix_for(colours, colour));
+  extend_name(line, glyph_reference, suffix_for(colours, colour));
   return line;
 }
 
 std::string definition_in(std::string line, const std::string& colour, std::size_t index) {
   const std::string suffix = fmt::format("-c{}", index);
   extend_name(line, identity, suffix);
-  extend_name(line, reference, suffix);
+  extend_name(line, glyph_reference, suffix);
   for (std::size_t at = line.find(current_colour); at != std::string::npos; at = line.find(current_colour, at)) {
     line.replace(at, current_colour.size(), colour);
     at += colour.size();

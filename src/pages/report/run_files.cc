@@ -132,7 +132,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* manifest_name = "manifest.json";
+constexpr const char* manifest_file = "manifest.json";
 
 Json object_of(const std::vector<std::pair<std::string, std::string>>& pairs) {
   Json json = Json::object();
@@ -261,7 +261,7 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
 std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder) {
   std::map<std::string, StageTiming> earlier;
   try {
-    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_name)));
+    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)));
     for (const Json& timing : manifest.at("timings")) {
       if (!timing.at("seconds").is_number()) continue;
       earlier[timing.at("stage")] = {timing.at("stage"), timing.at("seconds"), true,
@@ -275,7 +275,7 @@ std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& 
 
 std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder) {
   try {
-    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_name)));
+    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)));
     if (!manifest.at("provenance").contains("sampling_version")) return {};
     return manifest.at("experiment_key").get<std::string>();
   } catch (const std::exception&) {
@@ -285,7 +285,7 @@ std::optional<std::string> experiment_key_of_run(const std::filesystem::path& ru
 
 std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder) {
   try {
-    return Json::parse(shallow_json(read_file(run_folder / manifest_name))).at("figure_files");
+    return Json::parse(shallow_json(read_file(run_folder / manifest_file))).at("figure_files");
   } catch (const std::exception&) {
     return {};
   }
@@ -302,7 +302,7 @@ std::string timings_json(const ReportData& data, const RunOutcome& outcome) {
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
   // The first file of a run is the one that tells whose folder it is: a run may be killed after any of them.
   if (outcome.status != "unfinished") write_file(run_folder / "timings.json", timings_json(data, outcome));
-  write_file(run_folder / manifest_name, manifest_json(data, run_folder, outcome));
+  write_file(run_folder / manifest_file, manifest_json(data, run_folder, outcome));
 }
 
 }  // namespace granuscope

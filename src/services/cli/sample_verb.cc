@@ -172,7 +172,7 @@ std::vector<std::pair<std::string, Estimate>> forces_of_layer(const BlockSums& s
 constexpr const char* head_of_distributions = "of,x,density,standard_error\n";
 
 /// P(w), P(N) and P(|T|/(mu N)) of these layers together, whose errors come from blocks of piles.
-std::string distributions(const BlockSums& sums, const EnsembleSpec& spec, std::array<double, 2> band) {
+std::string distributions_table(const BlockSums& sums, const EnsembleSpec& spec, std::array<double, 2> band) {
   const auto blocks =
       band_sums(sums, spec.lattice.columns, static_cast<std::size_t>(band[0]), static_cast<std::size_t>(band[1]) + 1);
   CsvTable table({"of", "x", "density", "standard_error"});
@@ -278,7 +278,7 @@ SampleStatistics measure_samples(const SampleOptions& options, VerbContext& cont
   if (!options.distributions.empty() && statistics.samples == 0) {
     messages << "no pile was completed, so that there is nothing to count and no " << options.distributions << "\n";
   } else if (!options.distributions.empty()) {
-    OutputFile{options.distributions, options.file.force}.write(distributions(record.sums, spec, options.layers));
+    OutputFile{options.distributions, options.file.force}.write(distributions_table(record.sums, spec, options.layers));
     context.wrote(options.distributions);
   }
   statistics.audit = audit_samples(spec, record.failed, messages);

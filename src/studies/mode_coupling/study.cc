@@ -235,7 +235,7 @@ constexpr double most_amiss = 0.2;
 constexpr std::size_t least_lines = 3;  ///< beside the upright load: an even fit of fourth order, tested
 constexpr int loaded_bases = 50;        ///< of piles under such loads
 /// Beads per layer of those piles, and of those whose fluctuations are measured: no peak crosses them.
-constexpr int narrow = 512;
+constexpr int narrow_columns = 512;
 
 enum Part { deep, leaning, turned };
 
@@ -393,10 +393,10 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     return {};
   }
 
-  double memory() const override { return 2 * pile_memory(narrow, layers_needed(fluctuation_piles(0))); }
+  double memory() const override { return 2 * pile_memory(narrow_columns, layers_needed(fluctuation_piles(0))); }
   double seconds() const override {
     constexpr double beads_per_second = 1e7;
-    const double beads = narrow * static_cast<double>(layers_needed(fluctuation_piles(0)));
+    const double beads = narrow_columns * static_cast<double>(layers_needed(fluctuation_piles(0)));
     return static_cast<double>(mu_.size()) * static_cast<double>(fluctuation_samples_) * beads / beads_per_second;
   }
 
@@ -496,13 +496,13 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     spec.sampler.load_angle = angle;
     spec.sampler.load_offset = offset;
     spec.record_profiles = false;
-    spec.lattice.columns = std::min(narrow, columns_);
+    spec.lattice.columns = std::min(narrow_columns, columns_);
     spec.layers = {0, usual_first_lag};
     spec.lattice.layers = fluctuation_plan(spec).layers_needed + loaded_bases * spec.response.base_step;
     return spec;
   }
   FluctuationPiles fluctuation_piles(double mu) const {
-    FluctuationPiles piles{sampling_, std::min(narrow, columns_), layer_, fluctuation_samples_, blocks_};
+    FluctuationPiles piles{sampling_, std::min(narrow_columns, columns_), layer_, fluctuation_samples_, blocks_};
     piles.sampler.mu = mu;
     return piles;
   }

@@ -17,11 +17,9 @@
 namespace granuscope {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 /// The c and D of theory where there is one, for peaks as wide as these are.
 void set_expected(const ModelSpec& model, ModelResponse& response) {
-  response.c_expected = response.D_expected = nan;
+  response.c_expected = response.D_expected = std::nan("");
   const double spacing = rows_of(model).spacing;
   if (model.name == ModelName::q_model) {
     // A random walk of half a bead either way in every row.
@@ -196,7 +194,7 @@ TractionDepth measure_traction(const MeasuredEnsemble& ensemble) {
       if (beads + more >= 1) return z[row] - (row == 0 ? 0 : (z[row] - z[row - 1]) * (beads + more - 1) / more);
       beads += more;
     }
-    return nan;
+    return std::nan("");
   });
   depth.z = estimate(appears, fmt::format("none does down to z = {:.0f}", z.back()));
   return depth;

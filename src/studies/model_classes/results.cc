@@ -60,7 +60,7 @@ void judge_growth(const std::vector<ModelSeries>& series, std::vector<Claim>& cl
 
 /// Root of the mean square distance from below the load, W of one Gaussian and sqrt(x_p^2 + W^2) of two, at z by the
 /// slopes.
-Estimate reach(const ModelResponse& one, double z) {
+Estimate reach_at(const ModelResponse& one, double z) {
   Estimate reach;
   const double c = one.peaks == 2 ? one.c.value : 0;
   reach.value = std::sqrt(c * c * z * z + one.D.value * z);
@@ -86,7 +86,7 @@ void judge_q_model(const std::vector<ModelSeries>& series, std::vector<Claim>& c
     leave_open(claim, "the width of the q-model is not known: " + q_model->D.reason);
   } else {
     const double z = std::min(q_model->z[1], beads->z[1]);
-    const Estimate narrow = reach(*q_model, z), wide = reach(*beads, z);
+    const Estimate narrow = reach_at(*q_model, z), wide = reach_at(*beads, z);
     Estimate ratio;
     ratio.value = narrow.value / wide.value;
     ratio.standard_error =
@@ -408,7 +408,7 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
 
 namespace {
 
-Style points(std::size_t colour) { return ink_of_series(colour).bars(1, 0.6); }
+Style dots(std::size_t colour) { return ink_of_series(colour).bars(1, 0.6); }
 Style joined_points(std::size_t colour) { return ink_of_series(colour).joined_bars(1, 0.55); }
 Style line(std::size_t colour) { return ink_of_series(colour).line(1); }
 
@@ -449,7 +449,7 @@ Figure plot_noise(const std::vector<ModelSeries>& series, const std::filesystem:
     const auto add = [&](GrowingPanel& panel, const std::string& what, const CurveRows& rows_of_it, double slope,
                          const std::string& column) {
       const std::string name = fmt::format("{}-{}", colour, what), x = "disorder_squared: dimensionless";
-      panel.add(plot, name, rows_of_it, points(colour), x, column);
+      panel.add(plot, name, rows_of_it, dots(colour), x, column);
       panel.add(plot, name + "-theory", {{0, 0, 0}, {end, slope * end, 0}}, line(colour), x, column);
     };
     const NoiseShift& of_peaks = rows.narrow ? *rows.theory.narrow : rows.theory.wide;
@@ -481,7 +481,7 @@ Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<Tra
     }
     if (rows.empty()) continue;
     ++colour;
-    speed.add(plot, fmt::format("{}-speed", colour), rows, points(colour), middle, "c: dimensionless");
+    speed.add(plot, fmt::format("{}-speed", colour), rows, dots(colour), middle, "c: dimensionless");
     plot.add_key(one.name, ink_of_series(colour).points(0.6));
   }
   CurveRows mean_alone;
@@ -552,8 +552,7 @@ Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesyste
       vertical.push_back({at.z, at.weight, 0});
     }
     const std::string name = fmt::format("g-{}", exact(one.bead_weight)), z_column = "z: bead diameters";
-    stress.add(plot, name + "-horizontal", horizontal, points(colour), z_column,
-               "three_sigma_xx: loads of one top bead");
+    stress.add(plot, name + "-horizontal", horizontal, dots(colour), z_column, "three_sigma_xx: loads of one top bead");
     stress.add(plot, name + "-vertical", vertical, line(colour), z_column, "sigma_zz: loads of one top bead");
     // Where less is known of the peaks the response is lost in the noise of what beads weigh.
     constexpr double most_uncertain = 0.01;
