@@ -194,7 +194,7 @@ TEST_CASE("sample --distributions writes densities with errors that add up, and 
   const std::string none = (folder / "none.csv").string();
   const CommandResult failed =
       granuscope_command({"sample", "--statistics", "--law", "rejection", "--mu", "1.5", "--columns", "8", "--layers",
-                          "8", "--samples", "64", "--distributions", none});
+                          "8", "--max-tries", "1000", "--samples", "64", "--distributions", none});
   CHECK_THAT(failed.err, Contains("no pile was completed"));
   CHECK_FALSE(std::filesystem::exists(none));
 }

@@ -114,7 +114,7 @@ TEST_CASE("experiments changed at random are read or refused") {
   const std::vector<std::string> texts = corpus();
   Random random(1);
   Tally tally;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < 750; ++i) {
     const std::string text = changed_some(texts, random);
     CAPTURE(i, text);
     read_changed(text, tally);
