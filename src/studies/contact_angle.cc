@@ -17,9 +17,6 @@
 // which alone widens waves of a lattice): over mu^2/sin^2(2 angle) both depend on the angle, also as mu -> 0.
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// The linear response at one angle and friction.
 struct ResponseAtAngle {
   EnsembleSpec spec;

@@ -21,8 +21,6 @@
 #include "support/progress.h"
 
 namespace granuscope {
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const SolvableShare& one) {
   json = {{"mu", one.mu},
           {"size", one.size},
@@ -57,7 +55,6 @@ void to_json(Json& json, const DilutedResponse& one) {
 }
 
 namespace {
-
 /// What page 1 says: whether all responses have two peaks, and those with the least and the most opened contacts.
 Json page_1_overlay(const DilutedPiles& measured) {
   const auto place = [](const char* list, std::size_t k) {
@@ -291,7 +288,6 @@ std::unique_ptr<Study> dilution_study(DilutedPiles measured) {
 }
 
 namespace {
-
 std::vector<double> even_load(const Lattice& lattice) {
   return std::vector<double>(static_cast<std::size_t>(lattice.columns()), 1.0);
 }

@@ -22,9 +22,7 @@ namespace granuscope {
 /// By itself, for the names of the bins.
 namespace force_distributions {
 namespace {
-
 using namespace force_bins;
-using Json = nlohmann::ordered_json;
 using Numbers = std::vector<double>;
 
 /// Of the points that a tail is fitted through: their joint covariance comes from blocks, at least twice as many.

@@ -23,9 +23,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 constexpr double response_epsilon = 0.5;
 constexpr LatticeSpec tiny{6, 6};     ///< the piles that every law can draw
 constexpr LatticeSpec narrow{4, 16};  ///< the deepest piles that rejection still draws in a second
@@ -270,7 +267,6 @@ std::unique_ptr<Study> law_comparison_study(ComparedLaws measured) {
 }
 
 namespace {
-
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// At mu = 0.3 the peaks of granusolve are half a bead wide there, and narrower above.
@@ -351,7 +347,6 @@ LawResponse measure_law_response(const MeasuredEnsemble& ensemble, int threads) 
 }
 
 namespace {
-
 /// Which law, and how its chains ran.
 template <class Measured>
 Json law_json(const Measured& one) {
@@ -404,7 +399,6 @@ void to_json(Json& json, const LawOnPiles& one) {
 }
 
 namespace {
-
 /// By how many standard errors of their difference a number lies from another; 0 where both are exact.
 double distance(const Estimate& one, const Estimate& other) {
   const double error = std::hypot(one.standard_error, other.standard_error);
@@ -499,7 +493,6 @@ Json laws_page_1(const ComparedLaws& measured) {
 }
 
 namespace {
-
 constexpr const char* thrust_id = "law-comparison";
 constexpr const char* cost_id = "law-cost";
 

@@ -67,12 +67,12 @@ FitSpec law_response_fit(const LatticeSpec& lattice);
 std::unique_ptr<Study> law_comparison_study(ComparedLaws measured = {});
 
 /// The members "laws", "responses" and "costs".
-nlohmann::ordered_json laws_json(const ComparedLaws& measured);
+Json laws_json(const ComparedLaws& measured);
 
 /// What the parts of the report need beside these: an overlay of their place in summary.json (report/page_scope.h).
-nlohmann::ordered_json laws_overlay(const ComparedLaws& measured);
+Json laws_overlay(const ComparedLaws& measured);
 /// Of the sentences of page 1, over all studies; null where fewer than two laws were compared.
-nlohmann::ordered_json laws_page_1(const ComparedLaws& measured);
+Json laws_page_1(const ComparedLaws& measured);
 
 /// The figure: thrust ratio by layer under each law, with the mean of each law and what drawing took in the legend.
 /// Throws InputError if nothing was measured.

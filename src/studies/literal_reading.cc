@@ -23,9 +23,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// The paper's exponents: c0 - c against mu, D against mu, c0 - c against D.
 struct PaperExponent {
   const char *name, *symbol;

@@ -24,8 +24,6 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const LoadResponse& one) {
   json = {{"mu", one.spec.sampler.mu},
           {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
@@ -58,7 +56,6 @@ void to_json(Json& json, const LoadExponents& one) {
 }
 
 namespace {
-
 class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
  public:
   explicit NonlinearityStudy(LoadComparison measured) : measured_(std::move(measured)) {}
@@ -194,7 +191,6 @@ std::unique_ptr<Study> nonlinearity_study(LoadComparison measured) {
 }
 
 namespace {
-
 constexpr double window_slack = 1e-9;  ///< both ends of [0.1, 0.3] are inside
 
 double logarithm(double number) { return std::log(number); }
@@ -369,7 +365,6 @@ LoadComparison LoadComparer::finish() {
 }
 
 namespace {
-
 constexpr double percent = 100, milli = 1000;
 
 /// The responses to one kind of load at one friction coefficient, in the order of the loads.
@@ -488,7 +483,6 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
 }
 
 namespace {
-
 bool is_the_papers(const Json& one) { return one.at("estimator") == "point" && one.at("load") == 1; }
 
 /// Notes why there is no `estimate` of one load: "exponents with overload 4".

@@ -115,6 +115,6 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
 
 /// What the part of the report asks for beside its numbers: which rows say what, and why others are not known.
 /// `summary` holds the numbers at `base`, where the part finds them.
-nlohmann::ordered_json load_overlay(const nlohmann::ordered_json& summary, const std::string& base);
+Json load_overlay(const Json& summary, const std::string& base);
 
 }  // namespace granuscope

@@ -21,7 +21,6 @@
 
 namespace granuscope {
 namespace {
-
 using TopLoads = std::vector<double>;
 
 TopLoads even_load(int columns) { return TopLoads(static_cast<std::size_t>(columns), 1.0); }
@@ -179,8 +178,6 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
                      run_folder);
 }
 
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const StabilityTrial& trial) {
   json = {{"mu", trial.mu},
           {"columns", trial.columns},
@@ -200,7 +197,6 @@ void to_json(Json& json, const StabilityTrial& trial) {
 }
 
 namespace {
-
 constexpr double bytes_per_bead = 100;     // a deep pile is held as a whole
 constexpr double seconds_per_bead = 2e-7;  // drawn by itself and audited, on one core of a cloud machine
 

@@ -13,9 +13,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// One choice made in another way.
 struct OpenChoice {
   const char* name;  ///< in files and summary.json

@@ -22,7 +22,6 @@
 
 namespace granuscope {
 namespace {
-
 constexpr int shown_depths = 40;      ///< spread evenly in ln z
 constexpr int averaged_depths = 500;  ///< at most about this many enter the average
 
@@ -205,8 +204,6 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
                      run_folder);
 }
 
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const SmallFriction& small) {
   json = {{"mu", small.spec.sampler.mu},
           {"columns", small.spec.lattice.columns},
@@ -221,7 +218,6 @@ void to_json(Json& json, const SmallFriction& small) {
 }
 
 namespace {
-
 /// Peaks are told from here on: narrower ones have c and D that the size of a bead biases.
 constexpr double least_peak_width = 0.8;  // bead diameters
 

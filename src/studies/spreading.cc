@@ -27,7 +27,6 @@
 
 namespace granuscope {
 namespace {
-
 constexpr int most_first_lag = 1024;
 constexpr double least_width = 0.3;  ///< bead diameters
 
@@ -209,8 +208,6 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   return response;
 }
 
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const LagResponse& lag) {
   json = {{"lag", lag.lag},
           {"z", lag.z},
@@ -272,7 +269,6 @@ void to_json(Json& json, const DeepResponse& one) {
 }
 
 namespace {
-
 /// Where the stretches begin that the claims speak of, bead diameters: about where the paper's window does, and below
 /// it.
 constexpr double shallow_from = 40, deep_from = 80;
@@ -331,7 +327,6 @@ std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, co
 }
 
 namespace {
-
 constexpr double sure = 3;  ///< standard errors
 
 double sigmas_apart(const Estimate& one, const Estimate& other) {
@@ -522,10 +517,7 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
   return plot_figure(plot, wording("studies/dispersion.captions", measured), run_folder);
 }
 
-using Json = nlohmann::ordered_json;
-
 namespace {
-
 class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
  public:
   std::string id() const override { return "deep_response"; }

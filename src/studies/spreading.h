@@ -93,14 +93,14 @@ EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon
 DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads);
 
 /// As it stands in summary.json.
-void to_json(nlohmann::ordered_json& json, const DeepResponse& one);
+void to_json(Json& json, const DeepResponse& one);
 
 /// Whether W^2 is proportional to z where the paper looked, and deeper; checks do not count.
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec);
 
 /// What sentences about these results need beside them, which stand at `pointer` of summary.json; null where no
 /// exponent is known.
-nlohmann::ordered_json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer);
+Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer);
 
 /// Exponents against depth. Throws InputError where none is known.
 Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);

@@ -61,8 +61,8 @@ void Study::derive(MainLine& main, const IsOpen& open) {
   }
 }
 
-nlohmann::ordered_json enumerated(const std::vector<std::string>& pointers) {
-  nlohmann::ordered_json places = nlohmann::ordered_json::array();
+Json enumerated(const std::vector<std::string>& pointers) {
+  Json places = Json::array();
   for (std::size_t i = 0; i < pointers.size(); ++i) {
     const std::size_t left = pointers.size() - 1 - i;
     places.push_back({{"key", pointers[i]}, {"joint", left > 1 ? ", " : left == 1 ? " and " : ""}});

@@ -148,7 +148,7 @@ class Study {
   /// The claims of the paper that it decides; not tested, with what to ask for, where nothing is measured.
   virtual std::vector<Claim> claims(const ClaimSpec&) const { return {}; }
   /// Its results: what stands at /studies/<id> of summary.json.
-  virtual nlohmann::ordered_json json() const = 0;
+  virtual Json json() const = 0;
   /// Its parts of the report, in reading order: templates/studies/<id>.html and its tables.
   virtual std::vector<ReportPart> parts() const { return {}; }
   /// Its figures, in reading order; `main`: what the main line found. The analysis outlives them.
@@ -169,7 +169,7 @@ class Study {
   /// The same where it is nothing but the table templates/studies/<id>.table.
   ReportPart table_part() const { return {.page = "studies/" + id() + ".table", .base = "/studies", .needs = id()}; }
   /// The sentences templates/studies/<id>.page_1.html of page 1, over all studies.
-  ReportPart page_1(nlohmann::ordered_json overlay) const {
+  ReportPart page_1(Json overlay) const {
     return {.page = "studies/" + id() + ".page_1.html",
             .base = "/studies",
             .needs = id(),
@@ -192,7 +192,7 @@ class CopiedStudy : public Study {
 };
 
 /// Places of summary.json for an enumeration in a template, each with what to write behind it: "{{joint}}".
-nlohmann::ordered_json enumerated(const std::vector<std::string>& pointers);
+Json enumerated(const std::vector<std::string>& pointers);
 
 /// All studies that there are, in the order of the report, with their settings: a value, which copies what it holds.
 class Studies {

@@ -31,9 +31,6 @@
 // the three-leg model lead to the next column, k for k/2.)
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 enum PointLoad { vertical, horizontal, loads };
 enum StressPart { zz, xz, xx, stresses };
 

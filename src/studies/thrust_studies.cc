@@ -63,8 +63,6 @@ RejectionThrust measure_rejection_thrust(const MeasuredEnsemble& ensemble, int m
   return result;
 }
 
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const RejectionThrust& one) {
   json = {{"law", "rejection"},
           {"mu", one.spec.sampler.mu},
@@ -80,7 +78,6 @@ void to_json(Json& json, const RejectionThrust& one) {
 }
 
 namespace {
-
 /// To five standard errors: whether alpha is below 1, and moves over the bulk by less than its distance from 1.
 bool settles_below_one(const RejectionThrust& one) {
   constexpr double sure = 5;
@@ -152,7 +149,6 @@ std::unique_ptr<Study> rejection_thrust_study(std::vector<RejectionThrust> measu
 }
 
 namespace {
-
 /// The mean over the usable layers of a share per layer, each layer weighted with `beads_of(layer)`.
 template <typename BeadsOf>
 Replicated share_of_pile(const BlockSums& sums, const std::string& quantity, int layers, BeadsOf beads_of) {
@@ -381,7 +377,6 @@ void to_json(Json& json, const RedrawnBeads& redrawn) {
 }
 
 namespace {
-
 class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
  public:
   std::string id() const override { return "redrawn_beads"; }
@@ -461,7 +456,6 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
 std::unique_ptr<Study> redrawn_beads_study() { return std::make_unique<RedrawnBeadsStudy>(); }
 
 namespace {
-
 /// Part of the unit interval around x that lies in [low, high].
 double overlap(double x, double low, double high) {
   return std::max(0.0, std::min(x + 0.5, high) - std::max(x - 0.5, low));
@@ -601,7 +595,6 @@ void to_json(Json& json, const ChainShare& share) {
 }
 
 namespace {
-
 class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
  public:
   std::string id() const override { return "chain_share"; }

@@ -21,7 +21,6 @@
 
 namespace granuscope {
 namespace {
-
 /// Few, so that the largest piles need not be many.
 constexpr int blocks = 8;
 
@@ -142,8 +141,6 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
   return claim;
 }
 
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const CountedWork& work) {
   json = {{"mu", work.spec.sampler.mu},
           {"columns", work.spec.lattice.columns},
@@ -157,7 +154,6 @@ void to_json(Json& json, const CountedWork& work) {
 }
 
 namespace {
-
 class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
  public:
   std::string id() const override { return "counted_work"; }
@@ -375,8 +371,6 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
                      run_folder);
 }
 
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const ErrorPoint& point) {
   json = {{"samples", point.samples},
           {"repetitions", point.repetitions},
@@ -404,7 +398,6 @@ void to_json(Json& json, const ErrorCurve& curve) {
 }
 
 namespace {
-
 constexpr int most_repetitions = 256;
 
 class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {

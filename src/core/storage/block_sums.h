@@ -5,10 +5,12 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -25,6 +27,7 @@ struct QuantitySums {
   std::vector<double> sum_of_squares;  ///< empty for a profile
 
   bool has_squares() const { return width == 1; }
+  static auto fields(auto& one) { return std::tie(one.width, one.sum, one.sum_of_squares); }
 };
 
 /// Profiles that are somewhere else than in memory, and may be far larger than it.
@@ -85,6 +88,8 @@ struct BlockSums {
   LayerSums layer(const std::string& quantity, std::size_t row) const;
   int blocks() const { return static_cast<int>(count.size()); }
   std::uint64_t samples() const { return std::accumulate(count.begin(), count.end(), std::uint64_t{0}); }
+  /// Without what is elsewhere.
+  static auto fields(auto& all) { return std::tie(all.layers, all.rows, all.count, all.first_block, all.quantities); }
 };
 
 /// The same with all numbers in memory.
@@ -100,23 +105,33 @@ BlockSums take_blocks(const BlockSums& all, std::size_t first, std::size_t block
 /// keys, equal blocks.
 std::string key_of_block(const BlockSums& sums, std::size_t at);
 
-/// Values one after the other as bytes, for a process on the same machine. Read them back in the same order.
+/// Whether the values of a list stand in memory as they go through bytes.
+template <class List>
+concept PlainValues =
+    std::ranges::contiguous_range<List> && std::is_trivially_copyable_v<std::ranges::range_value_t<List>>;
+
+/// Values one after the other as bytes, for a process on the same machine: texts, lists, maps, pairs, structs that name
+/// their members (fields), and what can be copied as it stands. Read them back in the same order.
 class ByteWriter {
  public:
   template <class Value>
   void put(const Value& value) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  void put(const std::string& text) {
-    put(std::uint64_t{text.size()});
-    bytes_ += text;
-  }
-  template <class Value>
-  void put(const std::vector<Value>& values) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    put(std::uint64_t{values.size()});
-    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
+    if constexpr (requires { Value::fields(value); }) {
+      std::apply([this](const auto&... field) { (put(field), ...); }, Value::fields(value));
+    } else if constexpr (requires { value.size(); }) {
+      put(std::uint64_t{value.size()});
+      if constexpr (PlainValues<Value>) {
+        bytes_.append(reinterpret_cast<const char*>(value.data()), value.size() * sizeof(typename Value::value_type));
+      } else {
+        for (const auto& one : value) put(one);
+      }
+    } else if constexpr (requires { value.second; }) {
+      put(value.first);
+      put(value.second);
+    } else {
+      static_assert(std::is_trivially_copyable_v<Value>);
+      bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
   }
   std::string take() { return std::move(bytes_); }
 
@@ -131,25 +146,40 @@ class ByteReader {
 
   template <class Value>
   void get(Value& value) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    std::memcpy(&value, next(sizeof value).data(), sizeof value);
+    if constexpr (requires { Value::fields(value); }) {
+      std::apply([this](auto&... field) { (get(field), ...); }, Value::fields(value));
+    } else if constexpr (requires { typename Value::mapped_type; }) {
+      for (std::uint64_t left = get<std::uint64_t>(); left > 0; --left) {
+        const auto key = get<typename Value::key_type>();
+        get(value[key]);
+      }
+    } else if constexpr (requires { value.resize(0); }) {
+      const auto count = get<std::uint64_t>();
+      if constexpr (PlainValues<Value>) {
+        if (count > left_.size() / sizeof(typename Value::value_type)) next(left_.size() + 1);
+        value.resize(count);
+        const std::string_view bytes = next(count * sizeof(typename Value::value_type));
+        if (count > 0) std::memcpy(value.data(), bytes.data(), bytes.size());
+      } else {
+        value.clear();
+        for (std::uint64_t left = count; left > 0; --left) get(value.emplace_back());
+      }
+    } else if constexpr (requires { value.second; }) {
+      get(value.first);
+      get(value.second);
+    } else {
+      static_assert(std::is_trivially_copyable_v<Value>);
+      std::memcpy(&value, next(sizeof value).data(), sizeof value);
+    }
   }
-  void get(std::string& text) { text = next(length()); }
   template <class Value>
-  void get(std::vector<Value>& values) {
-    static_assert(std::is_trivially_copyable_v<Value>);
-    const std::size_t count = length();
-    if (count > left_.size() / sizeof(Value)) next(left_.size() + 1);
-    values.resize(count);
-    if (count > 0) std::memcpy(values.data(), next(count * sizeof(Value)).data(), count * sizeof(Value));
+  Value get() {
+    Value value{};
+    get(value);
+    return value;
   }
 
  private:
-  std::size_t length() {
-    std::uint64_t size = 0;
-    get(size);
-    return size;
-  }
   std::string_view next(std::size_t count) {
     if (count > left_.size()) throw std::logic_error("a byte record ends too early");
     const std::string_view found = left_.substr(0, count);
@@ -159,5 +189,17 @@ class ByteReader {
 
   std::string_view left_;
 };
+
+template <class Value>
+std::string to_bytes(const Value& value) {
+  ByteWriter writer;
+  writer.put(value);
+  return writer.take();
+}
+
+template <class Value>
+Value from_bytes(std::string_view bytes) {
+  return ByteReader(bytes).get<Value>();
+}
 
 }  // namespace granuscope

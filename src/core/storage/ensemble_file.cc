@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -148,11 +147,7 @@ std::string key_of_record(const EnsembleRecord& header, const std::vector<std::s
   if (header.sums.rows.pitch != 1) writer.put(header.sums.rows.pitch);
   writer.put(header.counts);
   for (const std::string& key : keys) writer.put(key);
-  for (const FailedSample& one : header.failed) {
-    writer.put(one.sample);
-    writer.put(one.layer);
-    writer.put(one.replay);
-  }
+  for (const FailedSample& one : header.failed) writer.put(one);
   writer.put(places);
   return cache_key(writer.take());
 }
@@ -309,6 +304,12 @@ struct Description {
   EnsembleRecord header;
   std::vector<std::string> keys;
   std::map<std::string, std::pair<RawData, RawData>> stored;  ///< sums and squares
+
+  static auto fields(auto& one) {
+    auto& header = one.header;
+    return std::tie(header.configuration, header.configuration_key, header.sampling_version, header.sums, header.counts,
+                    header.failed, one.keys, one.stored);
+  }
 };
 
 int read_first_block(const Hdf5Reader& reader) {
@@ -323,8 +324,7 @@ RowGeometry read_rows(const Hdf5Reader& reader) {
   rows.staggered = reader.text("/", rows_staggered) == "yes";
   const auto read = [&](const char* name, double& distance) {
     const std::string text = reader.text("/", name);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), distance);
-    if (error != std::errc{} || end != text.data() + text.size() || !(distance > 0)) {
+    if (!read_whole(text, distance) || !(distance > 0)) {
       reader.fail(fmt::format("its rows are '{}' apart, which is no distance. Make the file again.", text));
     }
   };
@@ -387,55 +387,10 @@ Description describe(const std::filesystem::path& file) {
   return found;
 }
 
-template <class Bytes, class Raw>
-void each_field(Bytes& put_or_get, Raw& raw) {
-  put_or_get(raw.dataset, raw.shape, raw.offset, raw.values);
-}
-
-std::string to_bytes(const Description& found) {
-  ByteWriter writer;
-  const auto put = [&writer](const auto&... field) { (writer.put(field), ...); };
-  const EnsembleRecord& header = found.header;
-  put(header.configuration, header.configuration_key, header.sampling_version, header.sums.layers, header.sums.rows,
-      header.sums.count, header.sums.first_block, header.counts, header.sums.quantities.size());
-  for (const auto& [quantity, described] : header.sums.quantities) {
-    put(quantity, described.width);
-    each_field(put, found.stored.at(quantity).first);
-    each_field(put, found.stored.at(quantity).second);
-  }
-  for (const std::string& key : found.keys) put(key);
-  put(header.failed.size());
-  for (const FailedSample& one : header.failed) put(one.sample, one.layer, one.replay);
-  return writer.take();
-}
-
-Description from_bytes(const std::string& bytes) {
-  ByteReader reader(bytes);
-  const auto get = [&reader](auto&... field) { (reader.get(field), ...); };
-  Description found;
-  EnsembleRecord& header = found.header;
-  std::size_t length = 0;
-  get(header.configuration, header.configuration_key, header.sampling_version, header.sums.layers, header.sums.rows,
-      header.sums.count, header.sums.first_block, header.counts, length);
-  for (std::size_t i = 0; i < length; ++i) {
-    std::string quantity;
-    get(quantity);
-    get(header.sums.quantities[quantity].width);
-    each_field(get, found.stored[quantity].first);
-    each_field(get, found.stored[quantity].second);
-  }
-  found.keys.resize(header.sums.count.size());
-  for (std::string& key : found.keys) get(key);
-  get(length);
-  header.failed.resize(length);
-  for (FailedSample& one : header.failed) get(one.sample, one.layer, one.replay);
-  return found;
-}
-
 }  // namespace
 
 EnsembleReader::EnsembleReader(const std::filesystem::path& file) : file_(file) {
-  Description found = from_bytes(read_in_child(file, kind, [&] { return to_bytes(describe(file)); }));
+  auto found = from_bytes<Description>(read_in_child(file, kind, [&] { return to_bytes(describe(file)); }));
   header_ = std::move(found.header);
   keys_ = std::move(found.keys);
   for (auto& [quantity, stored] : found.stored) {
@@ -522,8 +477,7 @@ bool is_json_number(std::string_view text) {
   if (digits.empty() || digits.front() < '0' || digits.front() > '9') return false;
   if (digits.size() > 1 && digits.front() == '0' && digits[1] >= '0' && digits[1] <= '9') return false;
   double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() && std::isfinite(value) && text.back() != '.';
+  return read_whole(text, value) && std::isfinite(value) && text.back() != '.';
 }
 
 std::string json_string(std::string_view text) {

@@ -17,6 +17,8 @@ struct FailedSample {
   std::uint64_t sample = 0;
   int layer = 0;       ///< the layer where the effort ran out
   std::string replay;  ///< the command that meets the same failure again
+
+  static auto fields(auto& one) { return std::tie(one.sample, one.layer, one.replay); }
 };
 
 /// An ensemble as stored: its sums, what the sampler did, which piles failed, and what it is an ensemble of.

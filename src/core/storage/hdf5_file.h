@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -67,6 +68,8 @@ struct RawData {
   std::vector<std::uint64_t> shape;     ///< row-major
   std::optional<std::uint64_t> offset;  ///< of the first one in the file, each 8 bytes of this machine's doubles
   std::vector<double> values;           ///< all of them, if there is no offset
+
+  static auto fields(auto& raw) { return std::tie(raw.dataset, raw.shape, raw.offset, raw.values); }
 };
 
 /// "'/V_R' at [12, 3] is nan, not a finite number", or nothing if all are finite. `values` begin at number `first` of

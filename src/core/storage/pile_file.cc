@@ -67,8 +67,13 @@ struct PileDescription {
   LoadLine load_line;
   double bead_weight = 0;
   std::uint64_t seed = 0, sample = 0;
-  std::array<RawData, force_arrays.size()> forces;
+  std::vector<RawData> forces;  ///< of force_arrays
   RawData load;
+
+  static auto fields(auto& one) {
+    return std::tie(one.lattice, one.load_line, one.bead_weight, one.mu, one.law, one.seed, one.sample, one.forces,
+                    one.load);
+  }
 };
 
 PileDescription describe_pile(const std::filesystem::path& file) {
@@ -78,9 +83,7 @@ PileDescription describe_pile(const std::filesystem::path& file) {
   found.lattice = read_lattice(reader);
   const auto layers = static_cast<std::uint64_t>(found.lattice.layers);
   const auto columns = static_cast<std::uint64_t>(found.lattice.columns);
-  for (std::size_t i = 0; i < force_arrays.size(); ++i) {
-    found.forces[i] = reader.raw_data(force_arrays[i].path, {layers, columns});
-  }
+  for (const ForceArray& array : force_arrays) found.forces.push_back(reader.raw_data(array.path, {layers, columns}));
   found.load = reader.raw_data("/load", {columns});
   if (reader.has_attribute("/load", "slope")) {
     found.load_line = {reader.number("/load", "slope"), reader.number("/load", "offset")};
@@ -97,31 +100,13 @@ PileDescription describe_pile(const std::filesystem::path& file) {
   return found;
 }
 
-/// The same, by a process of its own: whatever the library makes of a damaged file happens there.
-PileDescription describe_in_child(const std::filesystem::path& file) {
-  const auto each_field = [](auto& bytes_put_or_get, auto& found) {
-    bytes_put_or_get(found.lattice, found.load_line, found.bead_weight, found.mu, found.law, found.seed, found.sample);
-    for (auto& one : found.forces) bytes_put_or_get(one.dataset, one.shape, one.offset, one.values);
-    bytes_put_or_get(found.load.dataset, found.load.shape, found.load.offset, found.load.values);
-  };
-  const std::string bytes = read_in_child(file, kind, [&] {
-    const PileDescription found = describe_pile(file);
-    ByteWriter writer;
-    const auto put = [&writer](const auto&... field) { (writer.put(field), ...); };
-    each_field(put, found);
-    return writer.take();
-  });
-  PileDescription found;
-  ByteReader reader(bytes);
-  const auto get = [&reader](auto&... field) { (reader.get(field), ...); };
-  each_field(get, found);
-  return found;
-}
-
-/// A pile file that has been found to hold what it claims.
+/// A pile file that has been found to hold what it claims, by a process of its own: whatever the library makes of a
+/// damaged file happens there.
 class StoredPile {
  public:
-  explicit StoredPile(const std::filesystem::path& file) : found_(describe_in_child(file)), numbers_(file, kind) {}
+  explicit StoredPile(const std::filesystem::path& file)
+      : found_(from_bytes<PileDescription>(read_in_child(file, kind, [&] { return to_bytes(describe_pile(file)); }))),
+        numbers_(file, kind) {}
 
   PilePart without_forces() const {
     PilePart part{Lattice(found_.lattice)};

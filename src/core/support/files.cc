@@ -23,7 +23,35 @@
 #include "support/error.h"
 
 namespace granuscope {
-namespace fs = std::filesystem;
+bool path_exists(const fs::path& path) {
+  std::error_code none;
+  return fs::exists(path, none);
+}
+
+bool file_exists(const fs::path& path) {
+  std::error_code none;
+  return fs::is_regular_file(path, none);
+}
+
+bool folder_exists(const fs::path& path) {
+  std::error_code none;
+  return fs::is_directory(path, none);
+}
+
+bool remove_if_there(const fs::path& path) {
+  std::error_code none;
+  return fs::remove(path, none);
+}
+
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code none;
+  for (auto at = fs::directory_iterator(folder, none); !none && at != fs::directory_iterator(); at.increment(none)) {
+    found.push_back(at->path());
+  }
+  return found;
+}
+
 namespace {
 
 [[noreturn]] void fail(const fs::path& target, const std::string& reason) {
@@ -162,8 +190,7 @@ void require_room(const fs::path& folder) {
   constexpr std::size_t bytes = 1 << 16;
   const fs::path probe = folder / scratch_name("room");
   write_file(probe, std::string(bytes, 'x'));
-  std::error_code ignored;
-  fs::remove(probe, ignored);
+  remove_if_there(probe);
 }
 
 void require_not_input(const fs::path& target, const std::vector<fs::path>& inputs) {
@@ -238,22 +265,22 @@ namespace {
 
 constexpr std::size_t chunk_bytes = std::size_t{1} << 18;
 
-[[noreturn]] void cannot_read(const std::filesystem::path& source, const std::string& reason) {
+[[noreturn]] void cannot_read(const fs::path& source, const std::string& reason) {
   throw InputError("cannot read '{}': {}", source.string(), reason);
 }
 
-[[noreturn]] void cannot_read(const std::filesystem::path& source, int error_number) {
+[[noreturn]] void cannot_read(const fs::path& source, int error_number) {
   cannot_read(source, system_reason(error_number));
 }
 
 }  // namespace
 
-void require_visible(const std::filesystem::path& source) {
+void require_visible(const fs::path& source) {
   struct stat status = {};
   if (::stat(source.c_str(), &status) != 0 && (errno == EACCES || errno == EPERM)) cannot_read(source, errno);
 }
 
-void read_chunks(const std::filesystem::path& source, const std::function<void(std::string_view)>& take) {
+void read_chunks(const fs::path& source, const std::function<void(std::string_view)>& take) {
   // Opening a pipe would wait for a writer, who may never come.
   const FileDescriptor file(::open(source.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
   if (!file.valid()) cannot_read(source, errno);
@@ -337,16 +364,12 @@ std::string last_letters(const std::string& name) {
 /// Removes from the folder what has a name that `wanted` accepts; how many there were.
 template <class Wanted>
 int remove_named(const fs::path& folder, const Wanted& wanted) {
-  std::error_code ignored;
-  std::vector<fs::path> found;
-  for (auto at = fs::directory_iterator(folder, ignored); !ignored && at != fs::directory_iterator();
-       at.increment(ignored)) {
-    if (wanted(at->path().filename().string())) found.push_back(at->path());
-  }
   int removed = 0;
-  for (const fs::path& path : found) {
-    fs::remove_all(path, ignored);
-    if (!ignored) ++removed;
+  for (const fs::path& path : entries_of(folder)) {
+    if (!wanted(path.filename().string())) continue;
+    std::error_code failed;
+    fs::remove_all(path, failed);
+    if (!failed) ++removed;
   }
   return removed;
 }
@@ -407,7 +430,7 @@ std::string sha256(std::string_view bytes) {
   return hash.hexadecimal();
 }
 
-std::string sha256_of_file(const std::filesystem::path& file) {
+std::string sha256_of_file(const fs::path& file) {
   Sha256 hash;
   read_chunks(file, [&hash](std::string_view chunk) { hash.add(chunk); });
   return hash.hexadecimal();

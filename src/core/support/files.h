@@ -10,6 +10,16 @@
 #include <vector>
 
 namespace granuscope {
+namespace fs = std::filesystem;
+
+/// Looks at a path, and its removal, that hinder nobody: what cannot be looked at is not there.
+bool path_exists(const fs::path& path);
+bool file_exists(const fs::path& path);  ///< an ordinary one, or a link to it
+bool folder_exists(const fs::path& path);
+bool remove_if_there(const fs::path& path);
+/// What lies in a folder, in no order; nothing where it cannot be read.
+std::vector<fs::path> entries_of(const fs::path& folder);
+
 /// Owns a POSIX file descriptor; -1 is none.
 class FileDescriptor {
  public:
@@ -48,40 +58,39 @@ bool lock_file(const FileDescriptor& file, bool shared);
 /// target removes it. Errors are EnvironmentError naming the target.
 class AtomicFile {
  public:
-  explicit AtomicFile(std::filesystem::path target);
+  explicit AtomicFile(fs::path target);
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
 
   /// Where to write (any library may open it by name). Same folder as the target, so that the rename is atomic.
-  const std::filesystem::path& temporary_path() const { return temporary_; }
+  const fs::path& temporary_path() const { return temporary_; }
   /// Flushes the temporary file to disk and renames it onto the target (rename_whole).
-  void commit(const std::filesystem::path& like = {});
+  void commit(const fs::path& like = {});
 
  private:
-  std::filesystem::path target_;
-  std::filesystem::path temporary_;
+  fs::path target_;
+  fs::path temporary_;
   bool committed_ = false;
 };
 
 /// Flushes a file that is whole to disk and renames it onto the target, which is in the same file system, and whose
 /// permissions it takes over, or else those of `like`.
-void rename_whole(const std::filesystem::path& whole, const std::filesystem::path& target,
-                  const std::filesystem::path& like = {});
+void rename_whole(const fs::path& whole, const fs::path& target, const fs::path& like = {});
 
 /// Such a file, filled piece by piece in any order, so that no file need fit in memory.
 class StreamedFile {
  public:
-  explicit StreamedFile(std::filesystem::path target);
+  explicit StreamedFile(fs::path target);
   /// Behind what has been appended so far.
   void append(std::string_view bytes);
   /// At a place, which append() does not look at.
   void put(std::uint64_t at, std::string_view bytes);
   /// The last call.
-  void commit(const std::filesystem::path& like = {});
+  void commit(const fs::path& like = {});
 
  private:
-  std::filesystem::path target_;
+  fs::path target_;
   AtomicFile output_;
   FileDescriptor file_;
   std::uint64_t end_ = 0;
@@ -92,36 +101,36 @@ std::string base64(std::string_view bytes);
 
 /// Writes `bytes` to `target` atomically, with the permissions that it has or, where it is new, those of `like` if that
 /// is a file. Throws EnvironmentError (disk full, no permission, no such folder).
-void write_file(const std::filesystem::path& target, std::string_view bytes, const std::filesystem::path& like = {});
+void write_file(const fs::path& target, std::string_view bytes, const fs::path& like = {});
 
 /// Throws as write_file does where a folder, whose files another program has failed to write, cannot hold one more of
 /// 64 kB: its disk is full.
-void require_room(const std::filesystem::path& folder);
+void require_room(const fs::path& folder);
 
 /// Throws InputError, with the reason, if nobody lets this process look at what lies there; whether it is there at all
 /// is not asked.
-void require_visible(const std::filesystem::path& source);
+void require_visible(const fs::path& source);
 
 /// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
-void require_writable(const std::filesystem::path& target);
+void require_writable(const fs::path& target);
 
 /// Throws InputError if `target` is one of the files that the same call reads, or a file that is there already in one
 /// of the folders of runs that it reads: writing it would lose what the run has left.
-void require_not_input(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs);
+void require_not_input(const fs::path& target, const std::vector<fs::path>& inputs);
 
 /// Throws InputError if something is at `target` that this program has not written: a text has to begin as the one does
 /// that would take its place (`begins`), a picture, an archive or an HDF5 file has to hold the program's mark.
-void require_replaceable(const std::filesystem::path& target, std::string_view begins = {});
+void require_replaceable(const fs::path& target, std::string_view begins = {});
 
 /// The whole file. Throws InputError if it cannot be read.
-std::string read_file(const std::filesystem::path& source);
+std::string read_file(const fs::path& source);
 
 /// Makes the folder and its parents. Throws EnvironmentError naming the folder and the system's reason.
-void make_folder(const std::filesystem::path& folder);
+void make_folder(const fs::path& folder);
 
 /// Hands the bytes of a file to `take`, piece by piece, so that no file need fit in memory. Throws InputError naming
 /// the file if it is missing, unreadable or no ordinary file, but a folder, say, or a pipe.
-void read_chunks(const std::filesystem::path& source, const std::function<void(std::string_view)>& take);
+void read_chunks(const fs::path& source, const std::function<void(std::string_view)>& take);
 
 /// Name for work in progress beside a file called `name`: hidden, with its last letters (programs look at the suffix),
 /// short enough for any file system, and telling which process on which machine made it. Different at each call.
@@ -130,14 +139,14 @@ std::string scratch_name(const std::string& name);
 /// Removes from a folder what such processes left there when they were killed, files and folders, and returns how many
 /// there were. What belongs to a process still running, or to another machine or container, stays. A folder that is not
 /// there, or cannot be changed, is left alone.
-int remove_leftovers(const std::filesystem::path& folder);
+int remove_leftovers(const fs::path& folder);
 
 /// The same, but only what was to become `file`.
-int remove_leftovers_of(const std::filesystem::path& file);
+int remove_leftovers_of(const fs::path& file);
 
 /// SHA-256 as 64 lower-case hexadecimal digits.
 std::string sha256(std::string_view bytes);
-std::string sha256_of_file(const std::filesystem::path& file);
+std::string sha256_of_file(const fs::path& file);
 
 /// The first 16 of these digits: a key for caches.
 std::string cache_key(std::string_view bytes);

@@ -225,8 +225,7 @@ Number read_number(const std::string& text, const char* kind) {
   if constexpr (std::is_integral_v<Number>) {  // 1e3 and 64.0 are whole, too
     constexpr double most = 9007199254740992;  // up to which each whole number is a double
     double real = 0;
-    const auto [end_of_real, wrong] = std::from_chars(text.data(), text.data() + text.size(), real);
-    const bool is_whole = wrong == std::errc() && end_of_real == text.data() + text.size() && real == std::floor(real);
+    const bool is_whole = read_whole(text, real) && real == std::floor(real);
     if (is_whole && std::abs(real) <= most && (real >= 0 || std::is_signed_v<Number>)) return static_cast<Number>(real);
   }
   const std::string shown = single_line(text);

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
@@ -41,6 +42,8 @@ std::string aligned(std::string_view text);
 
 /// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
 std::string shell_word(const std::string& word);
+/// Text with the letters A to Z as small ones.
+std::string lower_case(std::string text);
 /// Of a file, in small letters and with its point: ".png" of a.PNG.
 std::string suffix_of(const std::filesystem::path& file);
 
@@ -113,6 +116,13 @@ class CsvTable {
   std::size_t rows_ = 0;
   std::string text_;
 };
+
+/// Whether the whole text is this number, which is then set (std::from_chars).
+template <class Number>
+bool read_whole(std::string_view text, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
 
 /// The names of an enumeration, as files and command lines have them.
 template <class Choice, std::size_t count>

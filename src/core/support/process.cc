@@ -22,9 +22,7 @@
 #include "support/progress.h"
 
 namespace granuscope {
-namespace fs = std::filesystem;
 namespace {
-
 using Clock = std::chrono::steady_clock;
 
 /// More than this on one stream is a program out of control, and would end in a full memory.
@@ -169,8 +167,7 @@ pid_t spawn(const ProcessSpec& spec, Pipe& output, Pipe& errors) {
   if (!file) {
     fail_to_start(program, "there is no such program in PATH. Install it; `granuscope doctor` names the command.");
   }
-  std::error_code ignored;
-  if (!spec.working_folder.empty() && !fs::is_directory(spec.working_folder, ignored)) {
+  if (!spec.working_folder.empty() && !folder_exists(spec.working_folder)) {
     fail_to_start(program, fmt::format("its working folder '{}' does not exist. Make it or choose another.",
                                        spec.working_folder.string()));
   }
@@ -291,7 +288,6 @@ std::string missing_program(const std::string& name, const std::string& conseque
 }
 
 namespace {
-
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 }  // namespace

@@ -20,10 +20,10 @@
 
 #include "generated/build_facts.h"
 #include "generated/git_state.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {
-
 std::string without_spaces_and_quotes(const std::string& text) {
   const char* unwanted = " \t\r\"'";
   const std::size_t first = text.find_first_not_of(unwanted);
@@ -135,7 +135,6 @@ std::string current_time() {
 }
 
 namespace {
-
 // The libraries of higher rooms are asked through the loader, so that no header of theirs is needed here.
 
 template <class Symbol>
@@ -191,8 +190,6 @@ std::optional<std::string> loaded_version(const std::string& library) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// The numbers at the beginning of a file: none if it is not there or says "max".
 std::vector<double> numbers_in(const fs::path& file) {
   std::ifstream in(file);
@@ -223,8 +220,7 @@ void each_group(const fs::path& root, std::string_view controller, const Look& l
     const fs::path group = line.substr(second + 1);
     if (controllers.empty()) up(mount, group, 2);
     if (("," + controllers + ",").find(fmt::format(",{},", controller)) == std::string::npos) continue;
-    std::error_code none;
-    up(fs::exists(mount / controllers, none) ? mount / controllers : mount / controller, group, 1);
+    up(path_exists(mount / controllers) ? mount / controllers : mount / controller, group, 1);
   }
 }
 

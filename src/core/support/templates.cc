@@ -12,7 +12,6 @@
 
 namespace granuscope {
 namespace {
-
 /// A piece of a template: text between tags, or a tag with what it holds.
 struct Piece {
   enum class Kind { text, name, raw_name, section, inverted, part };
@@ -168,8 +167,6 @@ std::string fill_template_file(const std::string& name, const TemplateScope& sco
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 struct StandIns {
   fs::path folder;

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -76,8 +75,7 @@ double number_in(std::string_view cell) {
   if (cell.size() > 1 && cell.starts_with('"') && cell.ends_with('"')) cell = cell.substr(1, cell.size() - 2);
   if (cell.starts_with('+')) cell.remove_prefix(1);
   double number = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
-  return error == std::errc() && end == cell.data() + cell.size() ? number : std::numeric_limits<double>::quiet_NaN();
+  return read_whole(cell, number) ? number : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -87,9 +85,9 @@ std::string plain_name(std::string_view cell) {
   for (const char c :
        cell.substr(0, cell.find_first_of(cell.starts_with("c_") || cell.starts_with("f_") ? ":" : ":[("))) {
     if (c == '"' || c == '\'') continue;
-    name += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    name += c;
   }
-  return std::string(trimmed(name));
+  return lower_case(std::string(trimmed(name)));
 }
 
 namespace {

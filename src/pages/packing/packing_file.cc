@@ -57,11 +57,6 @@ constexpr std::size_t none = static_cast<std::size_t>(-1);
 /// Sums of squares and cubes of what is larger would be no numbers.
 bool is_number(double value) { return std::abs(value) < 1e100; }
 
-std::string lower_case(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
-
 /// A column of the table, and its sign.
 struct Column {
   const NumberTable* table = nullptr;

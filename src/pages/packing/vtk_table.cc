@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -92,9 +91,8 @@ class VtkReader {
   }
   std::size_t count(std::string_view written) const {
     std::size_t number = 0;
-    const auto [end, error] = std::from_chars(written.data(), written.data() + written.size(), number);
     // Nothing has more items than the file has bits.
-    if (error != std::errc() || end != written.data() + written.size() || number / 8 > text_.size()) {
+    if (!read_whole(written, number) || number / 8 > text_.size()) {
       refuse(fmt::format("'{}' stands where a count is to be", single_line(std::string(written.substr(0, 20)))));
     }
     return number;
@@ -106,8 +104,7 @@ class VtkReader {
       const std::size_t before = at_;
       const std::string_view one = word();
       double number = 0;
-      const auto [end, error] = std::from_chars(one.data(), one.data() + one.size(), number);
-      if (one.empty() || error != std::errc() || end != one.data() + one.size()) {
+      if (one.empty() || !read_whole(one, number)) {
         at_ = before;
         break;
       }

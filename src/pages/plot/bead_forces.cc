@@ -112,9 +112,9 @@ CsvTable surrounding_beads(const Lattice& lattice) {
 }
 
 /// Of each contact its place, the force there and its name.
-nlohmann::ordered_json fields_of(const FourContacts& contacts) {
+Json fields_of(const FourContacts& contacts) {
   constexpr std::array names = {"θ₁", "θ₂", "θ₃", "θ₄"};
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  Json all = Json::array();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactForce& one = contacts[i];
     std::string degrees = fmt::format("{:.1f}°", std::abs(one.angle()));

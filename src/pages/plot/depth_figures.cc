@@ -360,8 +360,8 @@ std::string note_of(const ProfilePanel& panel) {
 }
 
 /// What the script is told of each depth.
-nlohmann::ordered_json fields_of(const std::vector<ProfilePanel>& panels, int layers_computed, double close_view) {
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+Json fields_of(const std::vector<ProfilePanel>& panels, int layers_computed, double close_view) {
+  Json all = Json::array();
   for (const ProfilePanel& panel : panels) {
     const double centre = centre_of(panel);
     const Axis axis = linear_axis("", range_of(centre - close_view, centre + close_view), 5);
@@ -371,8 +371,7 @@ nlohmann::ordered_json fields_of(const std::vector<ProfilePanel>& panels, int la
                    {"note", note_of(panel)},
                    {"quality", quality_of(panel)},
                    {"fitted", panel.has_curve},
-                   {"peak", panel.fit == nullptr ? nlohmann::ordered_json()
-                                                 : nlohmann::ordered_json{{"at", panel.fit->peak_position.value}}},
+                   {"peak", panel.fit == nullptr ? Json() : Json{{"at", panel.fit->peak_position.value}}},
                    {"close", axis_json(axis)},
                    {"bare", axis_json(without_words(axis))}});
   }

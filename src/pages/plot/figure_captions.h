@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "ensemble/ensemble_spec.h"
 
 namespace granuscope {
+/// Members stay in the order in which they were written.
+using Json = nlohmann::ordered_json;
+
 /// One finished figure with its files; paths are relative to the run's folder.
 struct Figure {
   std::string id;  ///< "response-profiles", also the stem of its files

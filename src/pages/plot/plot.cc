@@ -19,9 +19,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// A plot as wide as the text is made again this wide, for phones: two panels stand one above the other there.
 constexpr double narrow_plot_width_inches = 0.5 * plot_width_inches;
 
@@ -67,7 +64,6 @@ std::string Plot::add_data(const std::string& name, const CsvTable& table) {
 }
 
 namespace {
-
 Json to_json(const Style& style) {
   return {{"with", style.with}, {"colour", style.colour}, {"width", style.width},
           {"dash", style.dash}, {"marker", style.marker}, {"size", style.size}};
@@ -86,10 +82,9 @@ Json to_json(const Axis& axis) {
 
 }  // namespace
 
-nlohmann::ordered_json axis_json(const Axis& axis) { return to_json(axis); }
+Json axis_json(const Axis& axis) { return to_json(axis); }
 
 namespace {
-
 Json to_json(const Panel& panel) {
   Json curves = Json::array(), texts = Json::array(), arrows = Json::array(), bands = Json::array();
   for (const Curve& curve : panel.curves) {
@@ -322,7 +317,6 @@ std::string fill_script(const FigureRecipe& recipe, std::string_view catalogue) 
 }
 
 namespace {
-
 /// Puts the points of the run before, which lie beside as last-NAME.csv, in grey behind those of this one. Whether
 /// there are any. Those beyond the axes are cut off.
 bool add_last_run(Plot& plot, const std::filesystem::path& figures) {
@@ -346,7 +340,6 @@ bool add_last_run(Plot& plot, const std::filesystem::path& figures) {
 }  // namespace
 
 namespace {
-
 /// Leaves out the curves of which no value is known: real numbers may all be lost in noise. False, and nothing left
 /// out, where a panel would have none.
 bool leave_out_unknown(Plot& of_this_run) {
@@ -412,7 +405,6 @@ Figure plot_figure(const Plot& given, const Wording& wording, const std::filesys
 }
 
 namespace {
-
 /// A text that stays one wherever it stands: gnuplot_string shuts it in, and TeX finds no command in it.
 bool is_plain_text(std::string_view text) {
   return text.find_first_of("\"`\\@<") == std::string_view::npos &&

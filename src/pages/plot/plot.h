@@ -128,7 +128,7 @@ struct Plot {
   std::vector<Panel> panels;
   std::map<std::string, std::string> data;  ///< file name -> CSV
   int other_curves = 0;                     ///< elements that a script of its own plots beside those of the panels
-  nlohmann::ordered_json own = nlohmann::ordered_json::object();  ///< more for such a script
+  Json own = Json::object();                ///< more for such a script
 
   /// Adds the file ID-NAME.csv, or ID.csv for "", and returns its name.
   std::string add_data(const std::string& name, const CsvTable& table);
@@ -136,12 +136,12 @@ struct Plot {
 };
 
 /// An axis for Plot::own, where a script finds low, high, label and marks of it.
-nlohmann::ordered_json axis_json(const Axis& axis);
+Json axis_json(const Axis& axis);
 
 /// All that a script and its captions are filled from, to be filled again from other templates.
 struct FigureRecipe {  // NOLINT(bugprone-exception-escape): ordered_json has a move that may throw
   std::string id;
-  nlohmann::ordered_json plot;  ///< what the script is filled from
+  Json plot;  ///< what the script is filled from
   Wording wording;
   std::string title, caption;  ///< as the wording was when it was made
 };

@@ -26,8 +26,6 @@
 namespace granuscope {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::array<std::pair<std::string_view, std::string_view>, 5> ends_of_formats = {
     {{"pdf", "%%EOF"}, {"svg", "</svg>"}, {"eps", "%%EOF"}, {"png", "IEND"}, {"tikz", "\\end{tikzpicture}"}}};
 
@@ -73,7 +71,6 @@ std::string signs_in_tex(std::string text) {
 }
 
 namespace {
-
 constexpr const char* italic = "{/:Italic ";
 
 /// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
@@ -148,8 +145,7 @@ std::optional<FigureRecipe> recipe_of_run(const fs::path& file, const std::strin
   if (trust_script && !templates_folder().empty()) {
     throw InputError("--trust-script runs the script that stands there, which no templates change; leave one out");
   }
-  std::error_code none;
-  if (!fs::is_regular_file(file, none)) {
+  if (!file_exists(file)) {
     if (trust_script) return std::nullopt;
     throw InputError(
         "{}: there is no such file, from which the script of the figure could be filled again, and a script that "
@@ -179,30 +175,27 @@ auto filled(const fs::path& file, const Fill& fill) {
 
 /// What the plot of the run says of itself.
 std::optional<FileLabel> label_of_run(const fs::path& svg) {
-  std::error_code none;
-  return fs::is_regular_file(svg, none) ? label_of_svg(read_file(svg)) : std::nullopt;
+  return file_exists(svg) ? label_of_svg(read_file(svg)) : std::nullopt;
 }
 
 }  // namespace
 
 std::vector<std::string> plots_in(const fs::path& figures) {
-  std::error_code none;
   std::vector<std::string> known;
   require_visible(figures);
-  if (!fs::is_directory(figures, none)) {
-    if (fs::exists(figures.parent_path() / "manifest.json", none)) return known;  // a run of which nothing was plotted
+  if (!folder_exists(figures)) {
+    if (path_exists(figures.parent_path() / "manifest.json")) return known;  // a run of which nothing was plotted
     throw InputError("there is no folder {}, so no figure of a run; name the folder that `granuscope run` wrote",
                      figures.string());
   }
-  for (const auto& entry : fs::directory_iterator(figures, none)) {
-    if (entry.path().extension() == ".gp") known.push_back(entry.path().stem().string());
+  for (const fs::path& entry : entries_of(figures)) {
+    if (entry.extension() == ".gp") known.push_back(entry.stem().string());
   }
   std::ranges::sort(known);
   return known;
 }
 
 namespace {
-
 /// The figure as an EPS that TeX sets, with its own fonts and mathematics. dvips finds the edges of letters and rules,
 /// not those of what is drawn: hair-thin white rules stand in the corners.
 std::string eps_by_tex(const std::string& tikz, const std::string& id, double points) {

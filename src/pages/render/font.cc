@@ -12,6 +12,7 @@
 #include FT_OUTLINE_H
 
 #include "support/error.h"
+#include "support/plain_text.h"
 #include "support/process.h"
 
 namespace granuscope {
@@ -233,14 +234,10 @@ std::optional<FontMatch> match_font(const std::string& name) {
   said.erase(0, told + begins.size());
   const std::size_t line = said.find('\n');
   FontMatch match{said.substr(0, std::min(said.find(','), line)), said.substr(line + 1)};
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
   // Generic names stand for whatever is there.
   constexpr std::array generic = {"sans", "serif", "sans-serif", "monospace", "mono"};
-  match.is_substitute = lower(said.substr(0, line)).find(lower(name)) == std::string::npos &&
-                        std::ranges::find(generic, lower(name)) == generic.end();
+  match.is_substitute = lower_case(said.substr(0, line)).find(lower_case(name)) == std::string::npos &&
+                        std::ranges::find(generic, lower_case(name)) == generic.end();
   return match;
 }
 

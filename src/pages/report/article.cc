@@ -18,9 +18,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 std::string macro(const std::string& name) { return "\\granuscope{" + name + "}"; }
 
 /// What the templates say beside summary.json.

@@ -27,7 +27,6 @@
 
 namespace granuscope {
 namespace {
-
 std::string text_of(const YAML::Node& holder, const char* key) {
   const YAML::Node value = holder[key];
   return value && value.IsScalar() ? value.Scalar() : "";
@@ -98,7 +97,6 @@ Citation read_citation(const std::filesystem::path& file) {
 }
 
 namespace {
-
 /// A zip keeps the local time without its zone: the moment at which clocks here show the given one.
 std::time_t moment_shown_as(const std::string& time) {
   std::tm parts = {};
@@ -157,10 +155,6 @@ void write_zip(const std::filesystem::path& target, const std::vector<ZipEntry>&
 }
 
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 constexpr const char* metadata_name = "ro-crate-metadata.json";
 constexpr const char *manifest_name = "manifest.json", *experiment_name = "experiment.toml";
 constexpr const char *codecheck_name = "codecheck.yml", *sources_name = "sources.tar.gz";
@@ -440,9 +434,8 @@ std::string metadata(const Json& manifest, const Json& files, const PackOptions&
 }
 
 Json manifest_of_finished_run(const fs::path& folder) {
-  std::error_code none;
   require_visible(folder / manifest_name);
-  if (!fs::is_regular_file(folder / manifest_name, none)) {
+  if (!file_exists(folder / manifest_name)) {
     throw InputError(
         fmt::format("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string()));
   }
@@ -475,8 +468,7 @@ std::size_t pack_run(const fs::path& run_folder, const fs::path& archive, const 
       throw_if_interrupted();
       if (!lies_in(run_folder, path)) refuse(run_folder, path + " leads out of the folder");
       if (path.starts_with("ensembles/") && !options.with_ensembles) continue;
-      std::error_code none;
-      const bool there = fs::is_regular_file(run_folder / path, none);
+      const bool there = file_exists(run_folder / path);
       const std::string digest = there ? sha256_of_file(run_folder / path) : "";
       if (!there || file.at("sha256") != digest) refuse(run_folder, path + (there ? " has changed" : " is missing"));
       add(path, digest);

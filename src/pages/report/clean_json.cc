@@ -8,15 +8,13 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-void clean_strings(nlohmann::ordered_json& document) {
+void clean_strings(Json& document) {
   if (document.is_string()) {
     document = clean_text(document.get_ref<const std::string&>());
   } else if (document.is_structured()) {
     for (auto& element : document) clean_strings(element);
   }
 }
-
-using Json = nlohmann::ordered_json;
 
 Json finite_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
 
@@ -75,18 +73,15 @@ void to_json(Json& json, const ResponseSpec& response) {
 }
 
 namespace {
-
-using nlohmann::ordered_json;
-
 /// A value whose standard error alone is unknown keeps its value; the reason then tells of the error.
-ordered_json estimate_json(const Estimate& estimate) {
-  ordered_json json{{"value", finite_or_null(estimate.value)}, {"stderr", finite_or_null(estimate.standard_error)}};
+Json estimate_json(const Estimate& estimate) {
+  Json json{{"value", finite_or_null(estimate.value)}, {"stderr", finite_or_null(estimate.standard_error)}};
   if (!estimate.reason.empty()) json["reason"] = estimate.reason;
   return json;
 }
 
 /// Null where no pile was completed: 0 would be the claim that none of its beads cost anything.
-ordered_json share(std::uint64_t part, std::uint64_t whole) {
+Json share(std::uint64_t part, std::uint64_t whole) {
   if (whole == 0) return nullptr;
   return static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -96,26 +91,26 @@ ordered_json share(std::uint64_t part, std::uint64_t whole) {
 std::string sample_statistics_json(const SampleStatistics& statistics) {
   const SamplerCounts& counts = statistics.counts;
   const std::uint64_t repaired = counts.repaired_by_pair + counts.repaired_by_arc + counts.repaired_by_ring;
-  ordered_json per_layer = ordered_json::array();
+  Json per_layer = Json::array();
   for (const LayerStatistics& layer : statistics.per_layer) {
     per_layer.push_back({{"layer", layer.layer},
                          {"alpha", estimate_json(layer.alpha)},
                          {"weight_variance", estimate_json(layer.weight_variance)}});
     for (const auto& [name, number] : layer.forces) per_layer.back()[name] = estimate_json(number);
   }
-  ordered_json audit{{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
-                     {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}};
+  Json audit{{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
+             {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}};
   if (audit["max_balance_residual"].is_null()) audit["reason"] = "none of the audited samples is a completed pile";
-  ordered_json json{{"law", statistics.law},
-                    {"mu", statistics.mu},
-                    {"columns", statistics.columns},
-                    {"layers", statistics.layers},
-                    {"samples", statistics.samples},
-                    {"tries", counts.tries},
-                    {"draws_per_bead", share(counts.uniforms, counts.beads)},
-                    {"repaired_per_bead", share(repaired, counts.beads)},
-                    {"backtracked_per_bead", share(counts.backtracked, counts.beads)},
-                    {"seconds", statistics.seconds}};
+  Json json{{"law", statistics.law},
+            {"mu", statistics.mu},
+            {"columns", statistics.columns},
+            {"layers", statistics.layers},
+            {"samples", statistics.samples},
+            {"tries", counts.tries},
+            {"draws_per_bead", share(counts.uniforms, counts.beads)},
+            {"repaired_per_bead", share(repaired, counts.beads)},
+            {"backtracked_per_bead", share(counts.backtracked, counts.beads)},
+            {"seconds", statistics.seconds}};
   if (counts.beads == 0) json["reason"] = "no pile was completed, so that there are no beads to count per";
   json["per_layer"] = per_layer;
   json["audit"] = audit;
@@ -131,31 +126,31 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
 }
 
 std::string findings_json(const std::vector<Finding>& findings) {
-  ordered_json list = ordered_json::array();
+  Json list = Json::array();
   bool good = true;
   for (const Finding& finding : findings) {
     list.push_back({{"subject", finding.subject}, {"good", finding.good}, {"text", finding.text}});
     if (!finding.good && !finding.package.empty()) list.back()["package"] = finding.package;
     good = good && finding.good;
   }
-  return ordered_json{{"good", good}, {"findings", list}}.dump(2) + "\n";
+  return Json{{"good", good}, {"findings", list}}.dump(2) + "\n";
 }
 
 std::string audit_json(const Pile& pile, const AuditResult& audit, double tolerance) {
   const auto residual = [](double value, int layer) {
-    return ordered_json{{"value", finite_or_null(value)}, {"layer", layer}};
+    return Json{{"value", finite_or_null(value)}, {"layer", layer}};
   };
   const bool good = audit.max_balance_residual <= tolerance && audit.max_cone_violation <= tolerance;
-  return ordered_json{{"law", pile.law},
-                      {"mu", pile.mu},
-                      {"columns", pile.lattice.columns()},
-                      {"layers", pile.lattice.layers()},
-                      {"seed", pile.seed},
-                      {"sample", pile.sample},
-                      {"max_balance_residual", residual(audit.max_balance_residual, audit.balance_layer)},
-                      {"max_cone_violation", residual(audit.max_cone_violation, audit.cone_layer)},
-                      {"allowed", tolerance},
-                      {"good", good}}
+  return Json{{"law", pile.law},
+              {"mu", pile.mu},
+              {"columns", pile.lattice.columns()},
+              {"layers", pile.lattice.layers()},
+              {"seed", pile.seed},
+              {"sample", pile.sample},
+              {"max_balance_residual", residual(audit.max_balance_residual, audit.balance_layer)},
+              {"max_cone_violation", residual(audit.max_cone_violation, audit.cone_layer)},
+              {"allowed", tolerance},
+              {"good", good}}
              .dump(2) +
          "\n";
 }
@@ -163,7 +158,7 @@ std::string audit_json(const Pile& pile, const AuditResult& audit, double tolera
 std::string render_statistics_json(const SceneStatistics& statistics) {
   const SceneCounts& counts = statistics.counts;
   const SceneStatistics::Seconds& seconds = statistics.seconds;
-  const ordered_json json{
+  const Json json{
       {"drawn", counts.drawn},
       {"outside", counts.outside},
       {"too_faint", counts.too_faint},

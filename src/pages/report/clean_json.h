@@ -1,6 +1,5 @@
 #pragma once
 #include <nlohmann/json.hpp>
-#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <string>
@@ -11,36 +10,37 @@
 #include "analysis/results.h"
 #include "ensemble/ensemble_spec.h"
 #include "model/audit.h"
+#include "plot/figure_captions.h"
 #include "render/render_pile.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
 /// clean_text on every string value of the document, so that it can be written whatever bytes a user put in.
-void clean_strings(nlohmann::ordered_json& document);
+void clean_strings(Json& document);
 
 /// The number, or null: NaN and infinity never appear in a file.
-nlohmann::ordered_json finite_or_null(double number);
+Json finite_or_null(double number);
 
 /// The reason, or that none was recorded.
 std::string stated(const std::string& reason);
 
 /// {"value", "stderr"}, or nulls beside a "reason".
-void to_json(nlohmann::ordered_json& json, const Estimate& estimate);
+void to_json(Json& json, const Estimate& estimate);
 
 /// {"layer", "z", "thrust_ratio", "weight_variance"}.
-void to_json(nlohmann::ordered_json& json, const ThrustAtDepth& depth);
+void to_json(Json& json, const ThrustAtDepth& depth);
 
 /// {"chi2", "degrees_of_freedom", "points"}.
-void to_json(nlohmann::ordered_json& json, const LineTest& test);
+void to_json(Json& json, const LineTest& test);
 
 /// The same with "probability" and the mean of each of flat_tests.
 void to_json(nlohmann::ordered_json& json, const FlatTest& test);
 
 /// {"at_low": {"value", "stderr", "at"}, "at_high", "about_law"}.
-void to_json(nlohmann::ordered_json& json, const RunningExponent& running);
+void to_json(Json& json, const RunningExponent& running);
 
 /// {"estimator", "overload"}, or {"estimator": "multiplexed" or "fluctuation", and its options}.
-void to_json(nlohmann::ordered_json& json, const ResponseSpec& response);
+void to_json(Json& json, const ResponseSpec& response);
 
 /// What `granuscope sample --statistics` measures on one layer.
 struct LayerStatistics {

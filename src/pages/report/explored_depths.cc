@@ -12,9 +12,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// A page has room for half a megabyte of points, seven bytes each. Beyond them depths are left out, and beads of one.
 constexpr std::size_t most_points = 65'000, most_points_of_a_depth = 160;
 

@@ -18,9 +18,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 constexpr const char* unknown = "n/a";
 
 /// Four significant digits, without the zeros that only fill them up: 0.3 is a setting, not 0.3000, and 10⁻⁹ no
@@ -53,7 +50,6 @@ int digits_of(std::string_view format) {
 }  // namespace
 
 namespace {
-
 /// An exponent whose points keep to no power law lies between those of parts of its window: its error says nothing.
 bool is_no_power(const Json& estimate) { return estimate.contains("power_law") && estimate["power_law"] == false; }
 
@@ -90,7 +86,6 @@ std::string plain_value_with_error(double value, double standard_error) {
 }
 
 namespace {
-
 struct NamedNumber {
   std::string name;
   Json value, standard_error;  ///< the latter null where there is none
@@ -215,7 +210,6 @@ std::string in_tex(std::string text) {
 }  // namespace
 
 namespace {
-
 /// What a paper says of a run. `name` without what lies behind its first stroke is a result, a list or an exponent.
 bool is_quoted(const std::string& name, const std::string& scanned) {
   const std::string first = name.substr(0, name.find('/')), last = name.substr(name.rfind('/') + 1);
@@ -320,7 +314,6 @@ std::string escape_markdown(std::string_view text) {
 }
 
 namespace {
-
 bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±" || word == "×"; }
 
 /// "1/√z" and "xₚ/z": a line could break behind the stroke.

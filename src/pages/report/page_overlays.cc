@@ -27,9 +27,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// The parts of one place, one after the other.
 std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Place place, const PageScope& root) {
   std::string html;
@@ -116,7 +113,6 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
 }
 
 namespace {
-
 /// A claim keeps its number and the standard error side by side; the page has them as any other number.
 void add_measured(Json& row, const Json& claim, const std::string& pointer) {
   if (!claim.at("measured").is_number() || !claim.at("stderr").is_number()) return;
@@ -132,7 +128,6 @@ void add_measured(Json& row, const Json& claim, const std::string& pointer) {
 }  // namespace
 
 namespace {
-
 constexpr double strip_reach = 10;  ///< pulls that the strip shows; beyond, an arrow at its end
 
 /// The pull as a place on a strip, clipped with an arrow.
@@ -211,7 +206,6 @@ void add_claims(Json& overlay, const Json& summary) {
 }
 
 namespace {
-
 constexpr double text_width_mm = 170;  // of print.css: A4 less two margins of 20 mm
 constexpr double half_width_mm = 85;   // two narrower ones stand side by side
 
@@ -347,7 +341,6 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
 }
 
 namespace {
-
 std::string verdict_of(const Json& summary, const char* id) {
   for (const Json& claim : summary.at("claims")) {
     if (claim.at("id") == id) return claim.at("verdict").get<std::string>();
@@ -494,7 +487,6 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
 }
 
 namespace {
-
 /// Whether c or D is unknown for the same reason, which then stands below their table already.
 bool told_with_slopes(const Json& result, const Json& estimate) {
   if (!estimate.contains("reason")) return false;

@@ -13,26 +13,25 @@ enum class PageMedium { screen, print };
 
 /// The report as an HTML page: report.html.mustache over `summary`, the parsed summary.json, with what does not stand
 /// there. Figures are read from `run_folder`; throws InputError if one cannot be read.
-std::string report_page(const ReportData& data, const nlohmann::ordered_json& summary,
-                        const std::filesystem::path& run_folder, PageMedium medium);
+std::string report_page(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
+                        PageMedium medium);
 
 /// Each adds to an overlay of the whole summary (report/page_scope.h) what the templates ask for beside it.
-void add_results(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);  ///< exponents, c and D
-void add_laws(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);     ///< notes on powers of depth
-void add_claims(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+void add_results(Json& overlay, const Json& summary);  ///< exponents, c and D
+void add_laws(Json& overlay, const Json& summary);     ///< notes on powers of depth
+void add_claims(Json& overlay, const Json& summary);
 /// Whether an exact number of a result is nothing but the rounding of the sums it comes from: no number to show.
-bool is_rounding(const nlohmann::ordered_json& result, const char* name);
+bool is_rounding(const Json& result, const char* name);
 /// The sentences of page 1: `own` of the experiment, or else what templates/headline.html makes of the numbers.
-void add_headline(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary, const std::string& own);
+void add_headline(Json& overlay, const Json& summary, const std::string& own);
 /// What makes the exponents differ from the paper's.
-void add_causes(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
-void add_numerics(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
-void add_provenance(nlohmann::ordered_json& overlay, const ReportData& data);
-void add_figures(nlohmann::ordered_json& overlay, const ReportData& data, const std::filesystem::path& run_folder,
-                 PageMedium medium);
+void add_causes(Json& overlay, const Json& summary);
+void add_numerics(Json& overlay, const Json& summary);
+void add_provenance(Json& overlay, const ReportData& data);
+void add_figures(Json& overlay, const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium);
 /// The response at every recorded depth of every result that has scatter: "explored", null where there is none, else
 /// its "data" as JSON without a '<' and the "symbol" of what was scanned.
-void add_explored_depths(nlohmann::ordered_json& overlay, const Analysis& analysis);
+void add_explored_depths(Json& overlay, const Analysis& analysis);
 
 /// What a word of the report means: templates/glossary.txt.
 struct GlossaryEntry {

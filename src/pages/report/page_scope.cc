@@ -22,9 +22,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// The member or element at a path of names and numbers; null if there is none.
 const Json* find(const Json* from, std::string_view path) {
   while (from != nullptr && !path.empty()) {
@@ -288,7 +285,6 @@ const Json& PageScope::value(const std::string& name) const {
 }
 
 namespace {
-
 /// "a, b and c".
 std::string enumerated(const Json& names) {
   std::string text;
@@ -333,7 +329,6 @@ void add_reason(Json& notes, const Json& summary, const std::string& pointer, co
 }
 
 namespace {
-
 /// " at μ = 0.1 and 0.3" of " at μ = 0.1" and " at μ = 0.3"; those that differ before the value stay apart.
 std::string joined_places(const std::string& what, const std::vector<std::string>& places) {
   const std::string head = places.front().substr(0, places.front().rfind("= ") + 1);
@@ -367,7 +362,6 @@ void finish_notes(Json& notes) {
 }
 
 namespace {
-
 struct Column {
   std::string title, cell, only_if;
   std::string classes;        ///< of its cells
@@ -556,7 +550,7 @@ class TableWriter {
   }
 
   void write_row(const Block& block, const PageScope& row) {
-    std::vector<PageScope::Json> group;
+    std::vector<Json> group;
     for (const std::string& name : block.group) group.push_back(row.value(name));
     const bool first = !titled_ || group != last_group_;
     if (!titled_) {
@@ -584,7 +578,7 @@ class TableWriter {
   const PageScope& place_;
   std::vector<Column> columns_;  ///< of the block
   bool titled_ = false;          ///< the block has a row
-  std::vector<PageScope::Json> last_group_;
+  std::vector<Json> last_group_;
   std::string html_;
 };
 

@@ -1,11 +1,11 @@
 #pragma once
 #include <nlohmann/json.hpp>
-#include <nlohmann/json_fwd.hpp>
 
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "plot/figure_captions.h"
 #include "support/templates.h"
 
 namespace granuscope {
@@ -40,8 +40,6 @@ std::string escape_tex(std::string_view text);
 /// is written so.
 class PageScope : public TemplateScope {
  public:
-  using Json = nlohmann::ordered_json;
-
   /// A place with nothing around it. Both documents must outlive the scope.
   PageScope(const Json& summary, const Json& overlay, Markup markup);
 
@@ -86,19 +84,19 @@ class PageScope : public TemplateScope {
 
 /// Where an estimate is unknown, the reason as a note below the table. `place`: where among the numbers of that name,
 /// as " at μ = 0.1"; those with the same reason share a note, in it those with the same place their place.
-void add_reason(nlohmann::ordered_json& notes, const nlohmann::ordered_json& summary, const std::string& pointer,
-                const std::string& name, const std::string& place);
+void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& name,
+                const std::string& place);
 
 /// The name of what a run has scanned; of runs from before there was another, mu.
-std::string scanned_in(const nlohmann::ordered_json& summary);
+std::string scanned_in(const Json& summary);
 /// Where what was scanned stands in a result: "/results/0/mu".
-std::string place_of_scanned(const nlohmann::ordered_json& summary, std::size_t result);
+std::string place_of_scanned(const Json& summary, std::size_t result);
 /// "μ = 0.1" of a result.
-std::string at_scanned(const nlohmann::ordered_json& summary, std::size_t result);
+std::string at_scanned(const Json& summary, std::size_t result);
 
 /// Puts what each note is about into words: "c at μ = 0.1; c and D at μ = 0.6". Each note then has "what", "are" ("is"
 /// or "are") and the cell "reason".
-void finish_notes(nlohmann::ordered_json& notes);
+void finish_notes(Json& notes);
 
 /// The HTML of a table that templates/<file> describes, at a place of summary.json; nothing if it has no rows.
 ///

@@ -49,8 +49,8 @@ bool ends_as_pdf(const std::string& bytes) {
 
 }  // namespace
 
-PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summary,
-                      const std::filesystem::path& run_folder, double timeout_seconds) {
+PdfOutcome pdf_report(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
+                      double timeout_seconds) {
   if (!find_program("weasyprint")) return failed(missing_program("weasyprint", "nothing can be typeset", install));
 
   const std::string page = report_page(data, summary, run_folder, PageMedium::print);
@@ -95,11 +95,10 @@ PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summ
   if (result.standard_error.find("ERROR") != std::string::npos) {
     return failed("WeasyPrint could not load a part of the page: " + single_line(result.standard_error));
   }
-  std::error_code error;
-  if (!std::filesystem::exists(scratch.path() / "loads-nothing", error)) {
+  if (!path_exists(scratch.path() / "loads-nothing")) {
     return failed("this WeasyPrint could not be kept from loading files and pages of the web");
   }
-  if (!std::filesystem::exists(scratch.path() / "report.pdf", error)) return failed("WeasyPrint left no file");
+  if (!path_exists(scratch.path() / "report.pdf")) return failed("WeasyPrint left no file");
   PdfOutcome outcome;
   outcome.bytes = read_file(scratch.path() / "report.pdf");
   if (!ends_as_pdf(outcome.bytes)) return failed("WeasyPrint left a file that is cut off");

@@ -16,8 +16,8 @@ struct PdfOutcome {
 /// The content of html_report for print, made by WeasyPrint: contents with page numbers, bookmarks, vector plots. The
 /// same data give the same bytes. A missing, failing or hanging WeasyPrint is an outcome, not an exception: the caller
 /// decides. `run_folder` must be writable (a hidden folder is made there for the time of the call).
-PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summary,
-                      const std::filesystem::path& run_folder, double timeout_seconds = 300);
+PdfOutcome pdf_report(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
+                      double timeout_seconds = 300);
 
 /// "data:<media type>;base64,...", which a page can hold instead of a link to a file.
 std::string data_uri(const std::string& media_type, std::string_view bytes);

@@ -38,10 +38,9 @@ std::filesystem::path set_aside(const std::filesystem::path& run_folder, const c
 /// A report in print of other numbers would pass for one of these, where none can be made of them.
 void forget_report_of_others(const std::filesystem::path& run_folder, const std::string& summary) {
   const std::filesystem::path pdf = run_folder / "report.pdf", there = run_folder / "summary.json";
-  std::error_code none;
-  if (!std::filesystem::exists(pdf, none)) return;
-  if (std::filesystem::is_regular_file(there, none) && read_file(there) == summary) return;
-  std::filesystem::remove(pdf, none);
+  if (!path_exists(pdf)) return;
+  if (file_exists(there) && read_file(there) == summary) return;
+  remove_if_there(pdf);
 }
 
 }  // namespace
@@ -56,7 +55,7 @@ void set_aside_report(const std::filesystem::path& run_folder) {
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf) {
   ReportFiles files;
   const std::string summary = summary_json(data);
-  const nlohmann::ordered_json numbers = nlohmann::ordered_json::parse(summary);
+  const Json numbers = Json::parse(summary);
   files.summary = run_folder / "summary.json";
   // Who has closed an earlier report to others has closed the next one, too.
   const auto write = [&](const std::filesystem::path& file, const std::string& bytes) {
@@ -89,20 +88,18 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
     write(*files.pdf, outcome.bytes);
   }
   for (const char* name : report_names) {
-    std::error_code not_there;
-    std::filesystem::remove(set_aside(run_folder, name), not_there);
+    remove_if_there(set_aside(run_folder, name));
   }
   if (pdf == PdfPolicy::required && !files.pdf) throw EnvironmentError(files.pdf_skipped);
   return files;
 }
 
-std::string html_report(const ReportData& data, const nlohmann::ordered_json& summary,
-                        const std::filesystem::path& run_folder) {
+std::string html_report(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder) {
   return report_page(data, summary, run_folder, PageMedium::screen);
 }
 
-std::string markdown_summary(const ReportData& data, const nlohmann::ordered_json& summary) {
-  nlohmann::ordered_json overlay = {{"title", title_of(data)}};
+std::string markdown_summary(const ReportData& data, const Json& summary) {
+  Json overlay = {{"title", title_of(data)}};
   add_results(overlay, summary);
   add_claims(overlay, summary);
   add_numerics(overlay, summary);
@@ -110,9 +107,9 @@ std::string markdown_summary(const ReportData& data, const nlohmann::ordered_jso
 }
 
 std::string found_text(const std::string& summary_json) {
-  const auto summary = nlohmann::ordered_json::parse(summary_json);
+  const auto summary = Json::parse(summary_json);
   if (summary.at("results").empty()) return "";
-  nlohmann::ordered_json overlay;
+  Json overlay;
   add_results(overlay, summary);
   add_claims(overlay, summary);
   std::string text = fill_template_file("found.txt.mustache", PageScope(summary, overlay, Markup::plain));

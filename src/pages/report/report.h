@@ -41,11 +41,10 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
 /// The report as one self-contained HTML page: no network, no scripts, pictures inside as data: URIs, light or dark by
 /// the reader's setting. Each number of the results carries data-key, a JSON pointer into `summary` (summary.json,
 /// parsed), and is formatted from the value found there. Figures are read from `run_folder`.
-std::string html_report(const ReportData& data, const nlohmann::ordered_json& summary,
-                        const std::filesystem::path& run_folder);
+std::string html_report(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder);
 
 /// The numbers that matter as Markdown, for a pull request or a terminal. User text is escaped.
-std::string markdown_summary(const ReportData& data, const nlohmann::ordered_json& summary);
+std::string markdown_summary(const ReportData& data, const Json& summary);
 
 /// What was found, in a few lines for a terminal: c, D and c_thrust, exponents, verdicts. `summary_json`: a
 /// summary.json that this version wrote; throws as PageScope for what is none.

@@ -23,7 +23,7 @@ struct ReportPart {
   std::string base;   ///< JSON pointer into summary.json: the place that the names of the page are relative to
   std::string needs;  ///< a name in that place: the part is left out if nothing is there
   Place place = Place::numbers;
-  nlohmann::ordered_json overlay = nlohmann::ordered_json::object();  ///< what is not in summary.json, from base on
+  Json overlay = Json::object();  ///< what is not in summary.json, from base on
 };
 
 /// A stage's wall time, for timings.json, manifest.json and the report's section of timings.
@@ -50,10 +50,9 @@ struct ReportData {
   /// The same for the other laws that the run compares with it, each with its name.
   std::vector<std::pair<std::string, std::vector<std::string>>> other_law_descriptions;
   Analysis analysis;
-  nlohmann::ordered_json studies =
-      nlohmann::ordered_json::object();  ///< their results: "studies" of summary.json, by id
-  std::vector<Figure> figures;           ///< in reading order
-  std::vector<ReportPart> parts;         ///< in reading order of each place
+  Json studies = Json::object();  ///< their results: "studies" of summary.json, by id
+  std::vector<Figure> figures;    ///< in reading order
+  std::vector<ReportPart> parts;  ///< in reading order of each place
   Provenance provenance;
   std::string started;                                           ///< when this run began, as current_time() tells it
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions

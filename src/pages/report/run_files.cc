@@ -19,9 +19,8 @@
 
 namespace granuscope {
 namespace {
-
 /// Of a manifest but for this digest itself: what was changed by hand is not gone by.
-std::string digest_of(nlohmann::ordered_json manifest) {
+std::string digest_of(Json manifest) {
   manifest.erase("digest");
   return cache_key(manifest.dump());
 }
@@ -31,7 +30,7 @@ std::string digest_of(nlohmann::ordered_json manifest) {
 std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
                                              const std::set<std::string>& stages) {
   try {
-    const auto manifest = nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")));
+    const auto manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")));
     if (manifest.at("status").get<std::string>() != "done" || manifest.at("digest") != digest_of(manifest)) return {};
     const FinishedRun run{manifest.at("made_from"), manifest.at("stages"), manifest.at("unexpected"),
                           manifest.at("pdf")};
@@ -60,15 +59,12 @@ bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::pat
 }
 
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage) {
-  std::error_code none;
   require_visible(run_folder / "manifest.json");
-  if (!std::filesystem::exists(run_folder / "manifest.json", none)) return;
-  const auto manifest =
-      nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")), nullptr, false);
-  const auto stages = manifest.is_object() ? manifest.value("stages", nlohmann::ordered_json::array())
-                                           : nlohmann::ordered_json::array();
+  if (!path_exists(run_folder / "manifest.json")) return;
+  const auto manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")), nullptr, false);
+  const auto stages = manifest.is_object() ? manifest.value("stages", Json::array()) : Json::array();
   if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
-  const bool earlier = std::filesystem::exists(run_folder / "summary.json", none);
+  const bool earlier = path_exists(run_folder / "summary.json");
   throw InputError(fmt::format(
       "{0}: the last run in this folder did not come to its {1}{2}; go on with it: granuscope run {0}/experiment.toml "
       "--out {0}",
@@ -79,14 +75,13 @@ void require_results_of_last_run(const std::filesystem::path& run_folder, const 
 std::string changed_since_run(const std::filesystem::path& run_folder, const std::string& begins,
                               const std::string& ends) {
   try {
-    const auto manifest = nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")));
+    const auto manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")));
     for (const auto& file : manifest.at("files")) {
       std::string name = file.at("path");
       if (!name.starts_with(begins) || !name.ends_with(ends) || name.ends_with(".gp") || !lies_in(run_folder, name) ||
           !file.at("sha256").is_string())
         continue;
-      std::error_code none;
-      if (!std::filesystem::exists(run_folder / name, none)) continue;  // who reads it says that it is missing
+      if (!path_exists(run_folder / name)) continue;  // who reads it says that it is missing
       if (sha256_of_file(run_folder / name) != file.at("sha256").get<std::string>()) return name;
     }
   } catch (const nlohmann::json::exception&) {  // NOLINT(bugprone-empty-catch): of an older program, or no manifest
@@ -98,9 +93,8 @@ std::string changed_since_run(const std::filesystem::path& run_folder, const std
 std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder) {
   std::vector<ListedFigure> list;
   const std::vector<std::string> plots = plots_in(run_folder / "figures");
-  std::error_code none;
-  if (const auto file = run_folder / "summary.json"; std::filesystem::is_regular_file(file, none)) {
-    const auto summary = nlohmann::ordered_json::parse(shallow_json(read_file(file)), nullptr, false);
+  if (const auto file = run_folder / "summary.json"; file_exists(file)) {
+    const auto summary = Json::parse(shallow_json(read_file(file)), nullptr, false);
     const auto figures = summary.is_object() ? summary.find("figures") : summary.end();
     for (std::size_t i = 0; figures != summary.end() && figures->is_array() && i < figures->size(); ++i) {
       const auto& one = (*figures)[i];
@@ -129,8 +123,6 @@ void require_unchanged(const std::filesystem::path& run_folder, const std::strin
 }
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* manifest_file = "manifest.json";
 
@@ -165,7 +157,6 @@ void to_json(Json& stage, const StageTiming& timing) {
 }
 
 namespace {
-
 Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::string, StageTiming>& earlier) {
   Json json = timings;
   for (const auto& [stage, told] : earlier) {

@@ -6,9 +6,6 @@
 #include "report/clean_json.h"
 
 namespace granuscope {
-
-using Json = nlohmann::ordered_json;
-
 void to_json(Json& json, const FailedSample& failed) {
   json["sample"] = failed.sample;
   json["layer"] = failed.layer;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "plot/figure_captions.h"
+
 namespace granuscope {
 namespace {
 
@@ -11,7 +13,6 @@ constexpr std::size_t most_beads = 10'000;  ///< some 25 bytes each
 }  // namespace
 
 std::string touched_pile(const Pile& pile, const Pile* overloaded, const Pile* uniform, int layers) {
-  using Json = nlohmann::ordered_json;
   const Lattice& lattice = pile.lattice;
   const std::size_t beads = lattice.index(layers - 1, lattice.columns() - 1) + 1;
   if (beads > most_beads || lattice.geometry().angle != usual_angle)

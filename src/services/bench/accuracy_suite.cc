@@ -19,9 +19,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// The multiplexed estimators compared. With one epsilon, opposite loads and runs change the scatter and not what is
 /// measured, but for what is of the order epsilon^2. The linear response that the others are held against (set_shifts)
 /// is the first one of opposite loads: of those compared it bends the response least.

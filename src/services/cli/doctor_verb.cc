@@ -19,8 +19,6 @@
 namespace granuscope {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// What a run of the usual size leaves: ensembles of some 100 MB and a report.
 constexpr std::uintmax_t least_free_bytes = 200'000'000;
 

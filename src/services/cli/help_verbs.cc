@@ -19,6 +19,7 @@
 #include "experiment/experiment_file.h"
 #include "report/page_overlays.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/provenance.h"
 #include "support/templates.h"
 
@@ -29,8 +30,7 @@ namespace {
 std::string verb_for_file(const std::string& word) {
   if (word.ends_with(".toml")) return "run " + word;
   if (word.ends_with(".h5")) return "render " + word;
-  std::error_code none;
-  return std::filesystem::is_regular_file(word, none) ? "run " + word : "";
+  return file_exists(word) ? "run " + word : "";
 }
 
 }  // namespace
@@ -127,19 +127,15 @@ void add_example_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// The entries of a word: of that name as it is written, or but for small letters and a plural.
-std::vector<GlossaryEntry> entries_of(const std::string& word, const std::vector<GlossaryEntry>& all) {
+std::vector<GlossaryEntry> meanings_of(const std::string& word, const std::vector<GlossaryEntry>& all) {
   std::vector<GlossaryEntry> exact, near;
   for (const GlossaryEntry& entry : all) {
     const auto is = [&](const auto& same) { return std::ranges::any_of(entry.names, same); };
-    const std::string small = lower(word), one = small.ends_with('s') ? small.substr(0, small.size() - 1) : small;
+    const std::string small = lower_case(word), one = small.ends_with('s') ? small.substr(0, small.size() - 1) : small;
     if (is([&](const std::string& name) { return name == word; })) exact.push_back(entry);
-    if (is([&](const std::string& name) { return lower(name) == small || lower(name) == one; })) near.push_back(entry);
+    if (is([&](const std::string& name) { return lower_case(name) == small || lower_case(name) == one; }))
+      near.push_back(entry);
   }
   return exact.empty() ? near : exact;
 }
@@ -153,13 +149,14 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
     context.out << fmt::format("{}\n", fmt::join(words, "\n"));
     return ExitCode::done;
   }
-  const std::vector<GlossaryEntry> found = entries_of(word, all);
+  const std::vector<GlossaryEntry> found = meanings_of(word, all);
   if (found.empty()) {
     std::vector<std::string> names, holding;
     for (const GlossaryEntry& entry : all) {
       names.insert(names.end(), entry.names.begin(), entry.names.end());
-      const bool tells = lower(entry.text).find(lower(word)) != std::string::npos;
-      if (tells || lower(entry.names.front()).find(lower(word)) != std::string::npos) holding.push_back(entry.names[0]);
+      const bool tells = lower_case(entry.text).find(lower_case(word)) != std::string::npos;
+      if (tells || lower_case(entry.names.front()).find(lower_case(word)) != std::string::npos)
+        holding.push_back(entry.names[0]);
     }
     if (const auto meant = nearest_name(word, names)) holding.insert(holding.begin(), *meant);
     throw InputError("the glossary has no word {}; {}", word,
@@ -169,7 +166,7 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
   for (const GlossaryEntry& entry : found) {
     context.out << fmt::format("{}: {}.\n", fmt::join(entry.names, ", "), entry.text);
   }
-  if (const std::string law = "law/" + lower(word) + ".txt"; has_template(law)) context.out << template_file(law);
+  if (const std::string law = "law/" + lower_case(word) + ".txt"; has_template(law)) context.out << template_file(law);
   return ExitCode::done;
 }
 

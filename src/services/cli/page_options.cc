@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -88,9 +87,7 @@ bool parse_numbers(std::string_view text, std::span<double> numbers) {
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     const std::size_t comma = text.find(',');
     if ((comma == std::string_view::npos) != (k + 1 == numbers.size())) return false;
-    const std::string_view part = text.substr(0, comma);
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[k]);
-    if (error != std::errc() || end != part.data() + part.size()) return false;
+    if (!read_whole(text.substr(0, comma), numbers[k])) return false;
     text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
   }
   return true;
@@ -123,18 +120,17 @@ namespace {
 
 /// Frames of another film would be taken for some of this one.
 void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames, bool force) {
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with("frame-") || entry.path().extension() != ".png") continue;
+  for (const fs::path& entry : entries_of(folder)) {
+    const std::string name = entry.filename().string();
+    if (!name.starts_with("frame-") || entry.extension() != ".png") continue;
     if (name < Film::name_of(frames).string()) {
-      if (!force) require_replaceable(entry.path());
+      if (!force) require_replaceable(entry);
       continue;
     }
     throw InputError(
         "{}: this is a frame of another film, which would be mixed with the {} frames of this one; take it away or "
         "choose another --film",
-        entry.path().string(), frames);
+        entry.string(), frames);
   }
 }
 

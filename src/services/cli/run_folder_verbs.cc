@@ -111,13 +111,11 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
       constexpr std::array<SuffixOfFormat, 3> known = {{{".tex", "tex"}, {".csv", "csv"}, {".json", "json"}}};
       if (target->asked()) *format = format_by_name(target->path, *format, known, true);
       if (format->empty()) *format = "tex";
-      std::error_code none;
-      if (std::filesystem::path(*folder).filename() == "summary.json" &&
-          std::filesystem::is_regular_file(*folder, none))
+      if (std::filesystem::path(*folder).filename() == "summary.json" && file_exists(*folder))
         *folder = (std::filesystem::path(*folder).parent_path() / ".").string();  // as compare takes it
       require_results_of_last_run(*folder, "report");
       const auto file = std::filesystem::path(*folder) / "summary.json";
-      if (!std::filesystem::is_regular_file(file, none)) {
+      if (!file_exists(file)) {
         throw InputError(file.string() +
                          ": there is no such file, and so no numbers; name the folder of a finished run");
       }
@@ -139,9 +137,8 @@ namespace {
 /// Of the file that is named, or of the one in this folder; none where neither is.
 std::optional<Citation> citation_in(const std::string& file) {
   constexpr const char* beside = "CITATION.cff";
-  std::error_code none;
   if (!file.empty()) return read_citation(file);
-  if (std::filesystem::is_regular_file(beside, none)) return read_citation(beside);
+  if (file_exists(beside)) return read_citation(beside);
   return {};
 }
 

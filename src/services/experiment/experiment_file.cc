@@ -493,9 +493,8 @@ Experiment read_experiment(std::istream& in, const std::vector<std::string>& ove
 
 bool is_open_already(const std::filesystem::path& file) {
   const std::string name = file.string();
-  std::error_code none;
   return (name == "/dev/stdin" || name.starts_with("/dev/fd/") || name.starts_with("/proc/self/fd/")) &&
-         !std::filesystem::is_regular_file(file, none) && !std::filesystem::is_directory(file, none);
+         !file_exists(file) && !folder_exists(file);
 }
 
 Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides) {

@@ -25,10 +25,6 @@
 
 namespace granuscope {
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 Json parsed(const fs::path& file) {
   try {
     return Json::parse(shallow_json(read_file(file)));
@@ -60,19 +56,18 @@ std::map<std::string, std::string> keys_of_experiment(const std::string& resolve
 }
 
 RunRecord read_run(const fs::path& path) {
-  std::error_code none;
   RunRecord run;
   run.path = path;
-  if (!fs::exists(path, none)) {
+  if (!path_exists(path)) {
     throw InputError("{}: there is neither a run nor a summary; name the folder of a run or its summary.json",
                      path.string());
   }
-  if (fs::is_directory(path, none)) {
+  if (folder_exists(path)) {
     run.folder = path;
     require_results_of_last_run(path, "report");
   }
   const fs::path summary = run.folder.empty() ? path : run.folder / "summary.json";
-  if (!run.folder.empty() && !fs::exists(summary, none)) {
+  if (!run.folder.empty() && !path_exists(summary)) {
     throw InputError(
         "{}: there is no summary.json in this folder, so that it is no finished run; run the experiment to its end",
         path.string());
@@ -82,10 +77,10 @@ RunRecord read_run(const fs::path& path) {
     throw InputError("{}: this is no summary of a run (it has no results); name a summary.json", summary.string());
   }
   if (run.folder.empty()) return run;
-  if (fs::exists(run.folder / "manifest.json", none)) {
+  if (path_exists(run.folder / "manifest.json")) {
     run.manifest = parsed(run.folder / "manifest.json");
   }
-  if (fs::exists(run.folder / "experiment.toml", none)) {
+  if (path_exists(run.folder / "experiment.toml")) {
     run.keys = keys_of_experiment(read_file(run.folder / "experiment.toml"));
     if (const auto blocks = run.keys.find("response.blocks"); blocks != run.keys.end()) {
       run.blocks = std::max(2, std::atoi(blocks->second.c_str()));  // NOLINT(cert-err34-c): checked when it was read
@@ -129,7 +124,6 @@ std::map<std::string, std::string> environment_of(const Json& manifest) {
 }
 
 namespace {
-
 /// Tables of what is shown and told, and what is expected.
 constexpr std::array untold_tables = {"experiment", "figures.", "scenes.", "report", "gate."};
 /// What numbers the samples, and how many there are.
@@ -200,10 +194,6 @@ std::string in_words(const std::vector<ChangedKey>& changed) {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 constexpr std::array build_keys = {"program", "git_commit", "git_dirty", "compiler"};
 
 /// Path and hash of the files that a run lists.
@@ -431,7 +421,6 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
 }
 
 namespace {
-
 std::map<std::string, std::string> verdicts_of(const Json& summary) {
   std::map<std::string, std::string> verdicts;
   for (const Json& claim : summary.value("claims", Json::array())) {
@@ -549,7 +538,6 @@ std::string json_text(const Comparison& comparison) {
 }
 
 namespace {
-
 constexpr double tiny = 1e-12;       ///< of numbers that are exact without friction, as in claims.cc
 constexpr double tiny_width = 1e-5;  ///< the root of what rounding leaves of W^2
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <nlohmann/json.hpp>
-#include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
 #include <map>
@@ -9,13 +8,15 @@
 #include <string_view>
 #include <vector>
 
+#include "plot/figure_captions.h"
+
 namespace granuscope {
 /// What a run left, as far as it is there: a run's folder has all of it, a summary.json alone only that.
 struct RunRecord {               // NOLINT(bugprone-exception-escape): ordered_json has a move that may throw
   std::filesystem::path path;    ///< as named by the user
   std::filesystem::path folder;  ///< empty: only a summary
-  nlohmann::ordered_json summary;
-  std::optional<nlohmann::ordered_json> manifest;
+  Json summary;
+  std::optional<Json> manifest;
   std::map<std::string, std::string> keys;  ///< measuring_keys of its experiment; empty if it is not there
   int blocks = 32;                          ///< of the jackknife
 };
@@ -28,14 +29,14 @@ RunRecord read_run(const std::filesystem::path& path);
 std::map<std::string, std::string> keys_of_experiment(const std::string& resolved);
 
 /// Every number of a summary with its place: captions, explanations and other words are left out.
-std::map<std::string, double> numbers_of(const nlohmann::ordered_json& summary);
+std::map<std::string, double> numbers_of(const Json& summary);
 
 /// One word for all of these numbers.
 std::string hash_of(const std::map<std::string, double>& numbers);
 
 /// What numbers may depend on beside the experiment: program, commit, version of the sampling, libraries as loaded,
 /// processor, programs that were run, by name.
-std::map<std::string, std::string> environment_of(const nlohmann::ordered_json& manifest);
+std::map<std::string, std::string> environment_of(const Json& manifest);
 
 /// A key that two experiments have different values for; "" where one does not have it.
 struct ChangedKey {
@@ -66,12 +67,12 @@ struct KnownNumber {
 
 /// The numbers that a change of the law would move, and few enough that a correction for their number costs little:
 /// c, D and c_thrust at each friction coefficient, and the exponents. Unknown ones are left out.
-std::vector<KnownNumber> primary_numbers(const nlohmann::ordered_json& summary);
+std::vector<KnownNumber> primary_numbers(const Json& summary);
 
 std::vector<KnownNumber> primary_numbers_of(const Analysis& analysis);
 
 /// The numbers of single depths: not judged, there are hundreds of them.
-std::vector<KnownNumber> depth_numbers(const nlohmann::ordered_json& summary);
+std::vector<KnownNumber> depth_numbers(const Json& summary);
 
 /// A number of two independent measurements.
 struct MovedNumber {

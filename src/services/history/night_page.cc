@@ -23,10 +23,6 @@
 
 namespace granuscope {
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 constexpr std::size_t nights_in_trends = 365, nights_in_table = 100;
 constexpr double width = 720, height = 120, margin = 9;  // of a trend, in its own units
 
@@ -82,7 +78,6 @@ void to_json(Json& json, const NightNumber& one) {
 }
 
 namespace {
-
 /// A quantity over the nights; NaN where a night has none.
 struct Trend {
   std::string name, last;
@@ -249,8 +244,7 @@ Json row_of(const Night& night, const Night* before, const std::set<std::string>
 
 std::set<std::string> reports_in(const fs::path& folder) {
   std::set<std::string> names;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder / "reports", none)) names.insert(entry.path().filename());
+  for (const fs::path& entry : entries_of(folder / "reports")) names.insert(entry.filename());
   return names;
 }
 
@@ -297,8 +291,7 @@ std::string describe(const Night& night) {
 void write_pages(const fs::path& folder, const NightBook& book) {
   const std::vector<Night> nights = book.last(nights_in_trends);
   if (nights.empty()) {
-    std::error_code none;
-    for (const char* page : {"index.html", "badge.json", "alert.md"}) fs::remove(folder / page, none);
+    for (const char* page : {"index.html", "badge.json", "alert.md"}) remove_if_there(folder / page);
     return;
   }
   const Json marks = marks_of(nights);
@@ -334,16 +327,14 @@ void write_pages(const fs::path& folder, const NightBook& book) {
     write_file(folder / "alert.md",
                fill_template_file("history/alert.md.mustache", PageScope(summary, overlay, Markup::markdown)));
   } else {
-    std::error_code none;
-    fs::remove(folder / "alert.md", none);
+    remove_if_there(folder / "alert.md");
   }
 }
 
 void tell_not_run(const fs::path& folder) {
   const fs::path file = folder / "badge.json";
-  std::error_code none;
   // What somebody else calls so stays as it is.
-  if (!fs::is_regular_file(file, none) || read_file(file).find("granuscope nightly") == std::string::npos) return;
+  if (!file_exists(file) || read_file(file).find("granuscope nightly") == std::string::npos) return;
   const Json json = {{"schemaVersion", 1},
                      {"label", "granuscope nightly"},
                      {"message", fmt::format("not run on {}", current_time().substr(0, 10))},
@@ -409,7 +400,6 @@ std::string csv_text(const std::vector<Night>& nights) {
 }
 
 namespace {
-
 constexpr double edge = 3, edge_width = 1;  // standard errors
 
 /// A growing pool decides more and more; only from one decision to the other is a change of what was found.

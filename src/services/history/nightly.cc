@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <limits>
 #include <stdexcept>
@@ -24,10 +23,6 @@
 
 namespace granuscope {
 namespace {
-
-namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 constexpr std::uint64_t canary_share = 8;
 // What the book says of folders, by settle_folders.
 constexpr const char *new_reference = "new_reference", *no_reference = "none", *pool_ends = "pool_ends",
@@ -77,8 +72,8 @@ const fs::path& require_history(const fs::path& folder) {
   std::error_code none;
   if (const fs::path database = folder / "history.sqlite"; fs::file_size(database, none) > 0 && !none) return folder;
   require_no_lost_history(folder);
-  for (auto at = fs::directory_iterator(folder, none); !none && at != fs::directory_iterator(); at.increment(none)) {
-    const std::string name = at->path().filename().string();
+  for (const fs::path& entry : entries_of(folder)) {
+    const std::string name = entry.filename().string();
     if (name.starts_with("history.sqlite") || name.starts_with(".granuscope-")) continue;
     throw InputError(
         "{}: this folder is neither empty nor a history, and a history would replace and remove files in it; name an "
@@ -230,9 +225,8 @@ class NightRun {
   /// A pool that the book does not know of is that of another history, or the book is: the book says so before the
   /// first pile is drawn.
   void require_pool() {
-    std::error_code none;
     if (book_.count() == 0 && book_.state("samples").empty() && book_.state(begun).empty() &&
-        (fs::exists(options_.folder / "pool", none) || fs::exists(options_.folder / "reports", none))) {
+        (path_exists(options_.folder / "pool") || path_exists(options_.folder / "reports"))) {
       throw InputError(
           "{}: history.sqlite knows of no night, and yet there are a pool or reports of nights; put back the one that "
           "belongs to them, or begin another --history",
@@ -245,9 +239,7 @@ class NightRun {
   std::uint64_t samples_there() const {
     const std::string text = book_.state("samples");
     std::uint64_t samples = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), samples);
-    const bool begun_only = text.empty() && book_.count() == 0;
-    if (begun_only || (error == std::errc() && end == text.data() + text.size())) return samples;
+    if (read_whole(text, samples) || (text.empty() && book_.count() == 0)) return samples;
     throw InputError(
         "{}: history.sqlite does not say how many samples the pool has, and is damaged; take it from a backup, or "
         "begin another --history",
@@ -307,8 +299,7 @@ class NightRun {
   /// False, with an alarm, if they are not there.
   bool keep_pool_before() {
     const fs::path marker = before_folder() / "samples";
-    std::error_code none;
-    if (fs::exists(marker, none) && read_file(marker) == std::to_string(night_.samples)) return true;
+    if (path_exists(marker) && read_file(marker) == std::to_string(night_.samples)) return true;
     // What earlier nights left there goes only once there is something to take its place.
     const std::vector<PlannedEnsemble> plan = night_.samples == 0
                                                   ? std::vector<PlannedEnsemble>()
@@ -319,8 +310,8 @@ class NightRun {
       alarm(lost_pool, fmt::format("'{}' {}{}{}, and nothing was drawn: put it back, or accept this night to begin the "
                                    "pool anew",
                                    file.string(),
-                                   fs::exists(file, none) ? "is not what the last night left there"
-                                                          : "is missing, which the last night left there",
+                                   path_exists(file) ? "is not what the last night left there"
+                                                     : "is missing, which the last night left there",
                                    planned.replaces.empty() ? "" : ", ", as_clause(planned.replaces)));
       return false;
     }
@@ -373,15 +364,14 @@ class NightRun {
   /// Tonight's figures have the points of the last night behind theirs.
   void keep_last_points() {
     const fs::path figures = pool_folder() / "figures";
-    std::vector<fs::path> tables;
-    std::error_code none;
-    for (const auto& entry : fs::directory_iterator(figures, none)) {
-      const std::string name = entry.path().filename();
-      if (name.starts_with("last-")) fs::remove(entry.path(), none);
-      if (entry.path().extension() == ".csv" && !name.starts_with("last-") && !name.starts_with(behind))
-        tables.push_back(entry.path());
+    for (const fs::path& entry : entries_of(figures)) {
+      const std::string name = entry.filename();
+      if (name.starts_with("last-")) remove_if_there(entry);
     }
-    for (const fs::path& table : tables) keep_copy(table, figures / ("last-" + table.filename().string()));
+    for (const fs::path& entry : entries_of(figures)) {
+      const std::string name = entry.filename();
+      if (name.ends_with(".csv") && !name.starts_with(behind)) keep_copy(entry, figures / ("last-" + name));
+    }
   }
 
   void add_stage_times() {
@@ -520,8 +510,7 @@ void forget_night(const fs::path& folder, std::int64_t number) {
 
 void require_no_lost_history(const std::filesystem::path& folder) {
   for (const char* part : {"pool", "canary", "reports", "before"}) {
-    std::error_code none;
-    if (!std::filesystem::exists(folder / part, none)) continue;
+    if (!path_exists(folder / part)) continue;
     throw InputError(
         "{}: history.sqlite is missing or empty, which alone knows of the nights whose pool and reports are there; put "
         "it back, or begin another --history",

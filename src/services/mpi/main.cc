@@ -12,6 +12,7 @@
 #include <exception>
 #include <functional>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -102,9 +103,7 @@ class MpiCrew : public Crew {
   Ranks& ranks_;
 };
 
-namespace fs = std::filesystem;
 namespace {
-
 /// Network folders show new files to other machines after this long at the latest (acdirmax of NFS).
 constexpr std::chrono::seconds folder_delay{70};
 /// A counter beyond the blocks of any experiment: nobody takes another one.
@@ -123,20 +122,11 @@ struct Task {
   int threads = 0;
   std::vector<Size> sizes;
   std::vector<Atom> atoms;  ///< dearest first; their ensembles are places in `sizes`
+
+  static auto fields(auto& task) {
+    return std::tie(task.experiment, task.folder, task.threads, task.sizes, task.atoms);
+  }
 };
-
-template <class Bytes, class TaskType>
-void each_field(Bytes& put_or_get, TaskType& task) {
-  put_or_get(task.experiment, task.folder, task.threads, task.sizes, task.atoms);
-}
-
-std::string to_bytes(const Task& task) {
-  ByteWriter writer;
-  writer.put(Command::draw);
-  const auto put = [&writer](const auto&... field) { (writer.put(field), ...); };
-  each_field(put, task);
-  return writer.take();
-}
 
 /// Threads of this rank: those asked for, or its share of the processors. A rank that is bound to some has these to
 /// itself; without, all ranks of a machine share it.
@@ -231,8 +221,7 @@ Failure describe(const std::exception_ptr& thrown) {
 /// Other machines may see a file later than the one that made it.
 void wait_for(const fs::path& file) {
   const auto deadline = std::chrono::steady_clock::now() + folder_delay;
-  std::error_code ignored;
-  while (!fs::exists(file, ignored)) {
+  while (!path_exists(file)) {
     throw_if_interrupted();
     if (std::chrono::steady_clock::now() > deadline) {
       throw EnvironmentError(
@@ -270,20 +259,16 @@ class Placed {
 
   /// The files of single blocks of ensembles that are whole: each rank removes its own, since all of them are many.
   void remove_files_of_whole(const fs::path& folder) const {
-    std::error_code ignored;
     for (std::size_t i = 0; i < ensembles_.size(); ++i) {
-      if (fs::exists(PlacedBlocks(ensembles_[i], folder).file(), ignored)) continue;
+      if (path_exists(PlacedBlocks(ensembles_[i], folder).file())) continue;
       const BlockFiles files(ensembles_[i], folder);
-      for (const BlockNote& note : notes_[i]) fs::remove(files.file(note.block), ignored);
+      for (const BlockNote& note : notes_[i]) remove_if_there(files.file(note.block));
     }
   }
 
   std::string to_bytes() const {
     ByteWriter writer;
-    for (std::size_t i = 0; i < ensembles_.size(); ++i) {
-      writer.put(key_of(ensembles_[i]));
-      writer.put(granuscope::to_bytes(notes_[i]));
-    }
+    for (std::size_t i = 0; i < ensembles_.size(); ++i) writer.put(std::pair(key_of(ensembles_[i]), notes_[i]));
     return writer.take();
   }
 
@@ -301,11 +286,9 @@ std::vector<std::vector<BlockNote>> notes_of_all(const std::vector<PlannedEnsemb
   for (const std::string& bytes : ranks) {
     ByteReader reader(bytes);
     for (std::size_t i = 0; i < ensembles.size(); ++i) {
-      std::string key, more;
-      reader.get(key);
-      reader.get(more);
+      auto [key, more] = reader.get<std::pair<std::string, std::vector<BlockNote>>>();
       if (key != key_of(ensembles[i])) throw std::logic_error("the ranks do not mean the same ensemble");
-      for (BlockNote& note : notes_from(more)) notes[i].push_back(std::move(note));
+      std::ranges::move(more, std::back_inserter(notes[i]));
     }
   }
   for (auto& of_one : notes) {
@@ -334,40 +317,28 @@ void MpiCrew::draw(const Experiment& experiment, const RunOptions& options,
   task.atoms = atoms_of(wanted);
   if (task.atoms.empty()) return;
   for (const PlannedEnsemble& planned : wanted) PlacedBlocks(planned, options.folder).begin();
-  work(ranks_.broadcast(to_bytes(task)), options.progress, [&](const std::vector<std::string>& told) {
-    const auto notes = notes_of_all(wanted, told);
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      const PlacedBlocks placed(wanted[i], options.folder);
-      placed.keep_notes(notes[i]);
-      placed.finish();
-    }
-  });
+  work(ranks_.broadcast(to_bytes(std::pair(Command::draw, task))), options.progress,
+       [&](const std::vector<std::string>& told) {
+         const auto notes = notes_of_all(wanted, told);
+         for (std::size_t i = 0; i < wanted.size(); ++i) {
+           const PlacedBlocks placed(wanted[i], options.folder);
+           placed.keep_notes(notes[i]);
+           placed.finish();
+         }
+       });
   // By now each rank has removed the files of the blocks that it has put there.
   for (const PlannedEnsemble& planned : wanted) {
-    std::error_code ignored;
-    if (!fs::exists(PlacedBlocks(planned, options.folder).file(), ignored))
-      BlockFiles(planned, options.folder).remove();
+    if (!path_exists(PlacedBlocks(planned, options.folder).file())) BlockFiles(planned, options.folder).remove();
   }
 }
 
-void MpiCrew::end(int code) {
-  ByteWriter writer;
-  writer.put(Command::end);
-  writer.put(code);
-  ranks_.broadcast(writer.take());
-}
+void MpiCrew::end(int code) { ranks_.broadcast(to_bytes(std::pair(Command::end, code))); }
 
 int MpiCrew::follow() {
   for (;;) {
     const std::string received = ranks_.broadcast({});
     ByteReader reader(received);
-    Command command = Command::end;
-    reader.get(command);
-    if (command == Command::end) {
-      int code = 0;
-      reader.get(code);
-      return code;
-    }
+    if (reader.get<Command>() == Command::end) return reader.get<int>();
     try {
       work(received, ProgressStyle::silent, [](const std::vector<std::string>&) {});
     } catch (const Interrupted&) {
@@ -380,12 +351,7 @@ int MpiCrew::follow() {
 void MpiCrew::work(const std::string& received, ProgressStyle style,
                    const std::function<void(const std::vector<std::string>&)>& finish) {
   using namespace std::chrono_literals;
-  Task task;
-  ByteReader reader(received);
-  Command command = Command::draw;
-  reader.get(command);
-  const auto get = [&reader](auto&... field) { (reader.get(field), ...); };
-  each_field(get, task);
+  const auto task = from_bytes<std::pair<Command, Task>>(received).second;
   const std::vector<PlannedEnsemble> known =
       all_ensembles(parse_experiment(task.experiment, "the experiment of rank 0"), {});
   std::vector<PlannedEnsemble> ensembles;
@@ -586,7 +552,6 @@ void Ranks::attend() {
 }  // namespace granuscope
 
 namespace {
-
 using namespace granuscope;
 
 constexpr int interrupted = static_cast<int>(ExitCode::interrupted);

@@ -18,8 +18,6 @@
 #include "support/provenance.h"
 
 namespace granuscope {
-namespace fs = std::filesystem;
-
 std::string block_configuration(const PlannedEnsemble& planned, int block) {
   std::string text = configuration_text(planned.spec) + fmt::format("block={}\n", block);
   // The counters and failures of a grown block are those of its new groups only.
@@ -35,7 +33,6 @@ fs::path BlockFiles::folder() const {
 fs::path BlockFiles::file(int block) const { return folder() / fmt::format("{}.h5", block); }
 
 namespace {
-
 /// The number of the block whose file has this name; nothing of other names.
 std::optional<int> block_named(std::string_view name, std::string_view extension) {
   int block = -1;
@@ -55,11 +52,9 @@ void BlockFiles::remove() const {
 
 std::vector<fs::path> BlockFiles::there() const {
   std::vector<fs::path> found;
-  std::error_code ignored;
-  for (auto at = fs::directory_iterator(folder(), ignored); !ignored && at != fs::directory_iterator();
-       at.increment(ignored)) {
-    const std::string name = at->path().filename().string();
-    if (block_named(name, ".h5") || block_named(name, ".part.h5")) found.push_back(at->path());
+  for (const fs::path& entry : entries_of(folder())) {
+    const std::string name = entry.filename().string();
+    if (block_named(name, ".h5") || block_named(name, ".part.h5")) found.push_back(entry);
   }
   return found;
 }
@@ -79,16 +74,14 @@ int BlockFiles::count() const {
 
 std::uint64_t BlockFiles::samples() const {
   std::uint64_t found = 0;
-  std::error_code ignored;
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
-    if (fs::exists(file(block), ignored)) found += samples_in_block(planned_.spec, block, groups_of(planned_.spec));
+    if (path_exists(file(block))) found += samples_in_block(planned_.spec, block, groups_of(planned_.spec));
   }
   return found;
 }
 
 std::optional<std::string> BlockFiles::fault(int block) const {
-  std::error_code ignored;
-  if (!fs::exists(file(block), ignored)) return std::nullopt;
+  if (!path_exists(file(block))) return std::nullopt;
   try {
     const EnsembleReader reader(file(block));
     const EnsembleRecord& header = reader.header();
@@ -114,8 +107,7 @@ bool BlockFiles::has(int block, ProgressStyle progress) const {
 
 EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
   EnsembleRecord nothing = begin_blocks(planned_.spec, block, 1);
-  std::error_code ignored;
-  if (fs::exists(part(block), ignored)) {
+  if (path_exists(part(block))) {
     try {
       const std::string there = read_ensemble_configuration(part(block));
       const std::uint64_t drawn = count_in(there, "groups_drawn");
@@ -149,8 +141,7 @@ EnsembleRecord BlockFiles::draw(int block, const SamplerSpec& measured, Progress
     keep(part(block), configuration(block) + fmt::format("groups_drawn={}\n", drawn));
   });
   keep(file(block), configuration(block));
-  std::error_code ignored;
-  fs::remove(part(block), ignored);
+  remove_if_there(part(block));
   return record;
 }
 
@@ -258,7 +249,6 @@ void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& r
 }
 
 namespace {
-
 std::string whole_configuration(const PlannedEnsemble& planned) {
   return configuration_text(planned.spec) + planned.notes + "\n" + block_configuration(planned, 0);
 }
@@ -288,47 +278,6 @@ EnsembleRecord header_of(const PlannedEnsemble& planned, const std::vector<Block
   return header;
 }
 
-std::string to_bytes(const std::vector<BlockNote>& notes) {
-  ByteWriter writer;
-  writer.put(std::uint64_t{notes.size()});
-  for (const BlockNote& note : notes) {
-    writer.put(note.block);
-    writer.put(note.samples);
-    writer.put(note.key);
-    writer.put(note.counts);
-    writer.put(std::uint64_t{note.failed.size()});
-    for (const FailedSample& one : note.failed) {
-      writer.put(one.sample);
-      writer.put(one.layer);
-      writer.put(one.replay);
-    }
-  }
-  return writer.take();
-}
-
-std::vector<BlockNote> notes_from(std::string_view bytes) {
-  ByteReader reader(bytes);
-  std::vector<BlockNote> notes;
-  std::uint64_t count = 0;
-  reader.get(count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    BlockNote& note = notes.emplace_back();
-    reader.get(note.block);
-    reader.get(note.samples);
-    reader.get(note.key);
-    reader.get(note.counts);
-    std::uint64_t failed = 0;
-    reader.get(failed);
-    for (std::uint64_t k = 0; k < failed; ++k) {
-      FailedSample& one = note.failed.emplace_back();
-      reader.get(one.sample);
-      reader.get(one.layer);
-      reader.get(one.replay);
-    }
-  }
-  return notes;
-}
-
 PlacedBlocks::PlacedBlocks(const PlannedEnsemble& planned, const fs::path& run_folder)
     : planned_(planned), whole_(run_folder / planned.file) {
   const fs::path folder = BlockFiles(planned, run_folder).folder();
@@ -338,8 +287,7 @@ PlacedBlocks::PlacedBlocks(const PlannedEnsemble& planned, const fs::path& run_f
 
 void PlacedBlocks::begin() const {
   make_folder(file_.parent_path());
-  std::error_code ignored;
-  fs::remove(notes_, ignored);
+  remove_if_there(notes_);
   write_file(file_, "");
 }
 
@@ -352,25 +300,20 @@ std::unique_ptr<SharedEnsemble> PlacedBlocks::open() const {
 }
 
 void PlacedBlocks::keep_notes(const std::vector<BlockNote>& notes) const {
-  ByteWriter writer;
-  writer.put(whole_configuration(planned_));
-  const std::string bytes = writer.take() + to_bytes(notes);
+  const std::string bytes = to_bytes(std::pair(whole_configuration(planned_), notes));
   write_file(notes_, sha256(bytes) + bytes);
 }
 
 std::optional<std::vector<BlockNote>> PlacedBlocks::notes() const {
-  std::error_code ignored;
-  if (!fs::exists(notes_, ignored) || !fs::exists(file_, ignored)) return std::nullopt;
+  if (!path_exists(notes_) || !path_exists(file_)) return std::nullopt;
   const std::string bytes = read_file(notes_);
   const std::size_t digest = sha256("").size();
   if (bytes.size() < digest || sha256(std::string_view(bytes).substr(digest)) != bytes.substr(0, digest)) {
     return std::nullopt;
   }
-  ByteReader reader(std::string_view(bytes).substr(digest));
-  std::string configuration;
-  reader.get(configuration);
-  if (configuration != whole_configuration(planned_)) return std::nullopt;
-  return notes_from(std::string_view(bytes).substr(digest + sizeof(std::uint64_t) + configuration.size()));
+  auto kept = from_bytes<std::pair<std::string, std::vector<BlockNote>>>(std::string_view(bytes).substr(digest));
+  if (kept.first != whole_configuration(planned_)) return std::nullopt;
+  return std::move(kept.second);
 }
 
 bool PlacedBlocks::finish() const {

@@ -86,6 +86,8 @@ struct BlockNote {
   std::string key;            ///< key_of_block
   SamplerCounts counts = {};
   std::vector<FailedSample> failed;
+
+  static auto fields(auto& one) { return std::tie(one.block, one.samples, one.key, one.counts, one.failed); }
 };
 
 /// Of a record that holds a single block.
@@ -95,9 +97,6 @@ BlockNote note_of(const EnsembleRecord& block);
 /// smaller one, or null.
 EnsembleRecord header_of(const PlannedEnsemble& planned, const std::vector<BlockNote>& blocks,
                          const EnsembleRecord* smaller);
-
-std::string to_bytes(const std::vector<BlockNote>& notes);
-std::vector<BlockNote> notes_from(std::string_view bytes);
 
 /// The blocks of one ensemble at their places in one file beside their own (block_files.h), put there by whoever draws
 /// them: then nobody has to join them one after the other when all are there. It counts for nothing until its notes are

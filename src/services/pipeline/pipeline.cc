@@ -52,9 +52,8 @@ std::set<std::string> files_of(const Figure& figure) {
 
 /// Where /proc is not mounted (sandboxes, chroot), by the name under which the system has started it.
 std::filesystem::path own_program() {
-  std::error_code none;
   std::filesystem::path usual = "/proc/self/exe";
-  if (std::filesystem::exists(usual, none)) return usual;
+  if (path_exists(usual)) return usual;
   // NOLINTNEXTLINE(performance-no-int-to-ptr): the system hands the address over as a number
   return reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
 }
@@ -205,8 +204,7 @@ class Run {
     for (const std::string& file : figure_files_) {
       const std::filesystem::path path(file);  // a manifest may come from anywhere: nothing but figures is removed
       const bool in_place = path == std::filesystem::path("figures") / path.filename();
-      std::error_code not_there;
-      if (in_place && !own.contains(file)) std::filesystem::remove(options_.folder / path, not_there);
+      if (in_place && !own.contains(file)) remove_if_there(options_.folder / path);
     }
     figure_files_ = std::move(own);
   }

@@ -17,9 +17,7 @@
 #include "support/error.h"
 
 namespace granuscope {
-namespace fs = std::filesystem;
 namespace {
-
 /// What a run leaves, and what a history does; "samples" marks the ensembles from before a night.
 constexpr std::array run_files = {
     "experiment.toml",    "manifest.json",      "timings.json",        "summary.json",      "summary.md",
@@ -61,9 +59,7 @@ void walk(const fs::path& path, const Look& look) {
   if (!fs::exists(status)) return;
   look(path, status);
   if (!fs::is_directory(status)) return;
-  for (auto at = fs::directory_iterator(path, none); !none && at != fs::directory_iterator(); at.increment(none)) {
-    walk(at->path(), look);
-  }
+  for (const fs::path& entry : entries_of(path)) walk(entry, look);
 }
 
 void require_no_links(const fs::path& folder) {
@@ -153,13 +149,11 @@ void require_own_results(const fs::path& folder, const std::string& resolved) {
 bool remove_own_files(const fs::path& folder, const std::function<bool(std::string_view)>& ours) {
   std::error_code ignored;
   if (!fs::is_directory(fs::symlink_status(folder, ignored))) return !fs::exists(folder, ignored);
-  std::vector<fs::path> found;
-  for (auto at = fs::directory_iterator(folder, ignored); !ignored && at != fs::directory_iterator();
-       at.increment(ignored)) {
-    if (fs::is_regular_file(at->symlink_status(ignored)) && ours(at->path().filename().string()))
-      found.push_back(at->path());
+  for (const fs::path& entry : entries_of(folder)) {
+    if (fs::is_regular_file(fs::symlink_status(entry, ignored)) && ours(entry.filename().string())) {
+      fs::remove(entry, ignored);
+    }
   }
-  for (const fs::path& file : found) fs::remove(file, ignored);
   remove_leftovers(folder);
   return fs::remove(folder, ignored);  // an empty folder only
 }

@@ -417,9 +417,8 @@ void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::pa
       return false;
     }
   };
-  std::error_code ignored;
   const std::filesystem::path part = run_folder / part_file(planned);
-  if (std::filesystem::exists(part, ignored) && !goes_on(part)) std::filesystem::remove(part, ignored);
+  if (path_exists(part) && !goes_on(part)) remove_if_there(part);
   const BlockFiles blocks(planned, run_folder);
   for (const std::filesystem::path& file : blocks.there()) {
     if (goes_on(file)) return;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -24,18 +23,14 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-namespace fs = std::filesystem;
 namespace {
-
 constexpr const char* shards_folder = "shards";
 constexpr int most_shards = 1'000'000;
 
 /// A whole number and nothing else.
 std::optional<int> number_in(std::string_view text) {
   int number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return read_whole(text, number) ? std::optional(number) : std::nullopt;
 }
 
 /// A process by its number from 0 on among several.
@@ -102,10 +97,8 @@ std::optional<Shard> shard_in_name(std::string_view name) {
 /// The largest count of shards that have worked in a folder; 0 if none has.
 int shards_seen(const fs::path& folder) {
   int most = 0;
-  std::error_code ignored;
-  for (auto at = fs::directory_iterator(folder / shards_folder, ignored); !ignored && at != fs::directory_iterator();
-       at.increment(ignored)) {
-    if (const auto shard = shard_in_name(at->path().filename().string())) most = std::max(most, shard->count);
+  for (const fs::path& entry : entries_of(folder / shards_folder)) {
+    if (const auto shard = shard_in_name(entry.filename().string())) most = std::max(most, shard->count);
   }
   return most;
 }
@@ -199,8 +192,7 @@ std::vector<std::vector<Atom>> deal(const std::vector<PlannedEnsemble>& ensemble
 
 void keep_experiment(const fs::path& folder, const std::string& resolved) {
   const fs::path file = folder / "experiment.toml";
-  std::error_code ignored;
-  if (fs::exists(file, ignored)) {
+  if (path_exists(file)) {
     if (read_file(file) == resolved) return;
     throw InputError(
         "'{}' is another experiment than this one, and the blocks of both would be mixed up; choose another --out, or "
@@ -291,7 +283,6 @@ void forget_shards(const fs::path& run_folder) {
 }
 
 namespace {
-
 /// One file with blocks of an ensemble: a single one, or all.
 struct Source {
   fs::path file;
@@ -350,9 +341,8 @@ std::shared_ptr<const Source> open(const PlannedEnsemble& planned, const fs::pat
 }
 
 void look_into(const PlannedEnsemble& planned, const fs::path& folder, Found& found) {
-  std::error_code ignored;
   const int blocks = planned.spec.response.blocks;
-  if (const fs::path file = folder / planned.file; fs::exists(file, ignored)) {
+  if (const fs::path file = folder / planned.file; path_exists(file)) {
     const auto whole = open(planned, file, configuration_text(planned.spec) + planned.notes, 0, blocks);
     for (int block = 0; block < blocks && found.whole != nullptr; ++block) {
       require_same(planned, *found.whole, *whole, block);
@@ -362,7 +352,7 @@ void look_into(const PlannedEnsemble& planned, const fs::path& folder, Found& fo
   const BlockFiles files(planned, folder);
   for (int block = 0; block < blocks; ++block) {
     throw_if_interrupted();
-    if (!fs::exists(files.file(block), ignored)) continue;
+    if (!path_exists(files.file(block))) continue;
     const auto source = open(planned, files.file(block), block_configuration(planned, block), block, 1);
     if (const auto [at, is_new] = found.single.emplace(block, source); !is_new) {
       require_same(planned, *at->second, *source, block);
@@ -376,14 +366,12 @@ void require_known(const std::vector<PlannedEnsemble>& ensembles, const fs::path
   for (const PlannedEnsemble& planned : ensembles) {
     known.insert(BlockFiles(planned, folder).folder().filename().string());
   }
-  std::error_code ignored;
-  for (auto at = fs::directory_iterator(folder / "ensembles", ignored); !ignored && at != fs::directory_iterator();
-       at.increment(ignored)) {
-    if (at->path().extension() == ".blocks" && !known.contains(at->path().filename().string())) {
+  for (const fs::path& entry : entries_of(folder / "ensembles")) {
+    if (entry.extension() == ".blocks" && !known.contains(entry.filename().string())) {
       throw InputError(
           "'{}' holds blocks of an ensemble that the experiment to be merged does not have; leave that folder out, or "
           "merge it with those of its own",
-          at->path().string());
+          entry.string());
     }
   }
 }
@@ -420,15 +408,14 @@ void require_complete(const std::vector<PlannedEnsemble>& ensembles, const std::
 }
 
 Experiment experiment_of(const std::vector<fs::path>& folders) {
-  std::error_code ignored;
   for (const fs::path& folder : folders) {
     require_visible(folder / "experiment.toml");
-    if (!fs::is_directory(folder, ignored)) {
+    if (!folder_exists(folder)) {
       throw InputError("'{}' is no folder; name folders in which shards have worked", folder.string());
     }
   }
   for (const fs::path& folder : folders) {
-    if (fs::exists(folder / "experiment.toml", ignored)) return read_experiment(folder / "experiment.toml");
+    if (path_exists(folder / "experiment.toml")) return read_experiment(folder / "experiment.toml");
   }
   throw InputError(
       "'{}' holds no experiment.toml, so that nobody knows what to merge; name folders in which shards (run --shard) "
@@ -442,8 +429,7 @@ std::vector<RunFolder> lock_folders(const std::vector<fs::path>& folders, const 
   std::set<fs::path> sources;
   for (const fs::path& folder : folders) sources.insert(fs::canonical(folder));
   std::vector<RunFolder> locks;
-  std::error_code ignored;
-  if (fs::is_directory(out, ignored)) {
+  if (folder_exists(out)) {
     sources.erase(fs::canonical(out));
     locks.emplace_back(out);
   }

@@ -214,6 +214,6 @@ std::unique_ptr<Study> mode_coupling_study();
 /// What the sentences of page 1 need beside the results; null where nothing is predicted. The prediction holds at a
 /// friction coefficient if its strength is 1 within the claim's tolerance and three errors, and if it describes W^2
 /// better than one D: errors alone do not make it hold.
-nlohmann::ordered_json coupling_page_1(const std::vector<CoupledSpreading>& measured);
+Json coupling_page_1(const std::vector<CoupledSpreading>& measured);
 
 }  // namespace granuscope

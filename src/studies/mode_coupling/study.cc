@@ -21,7 +21,6 @@
 
 namespace granuscope {
 namespace {
-
 constexpr int line_steps = 40;
 constexpr double most_error_shown = 0.25;
 
@@ -226,8 +225,6 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
                      run_folder);
 }
 
-using Json = nlohmann::ordered_json;
-
 constexpr int least_octaves = 3, most_octaves = 9;
 /// Tolerance of the claim: the coupling is that of one loop, which in the class of Kardar, Parisi and Zhang, where W^2
 /// is known exactly, 0.5105 (lambda z)^(4/3), has 0.455: 1.19 in the strength.
@@ -334,7 +331,6 @@ Json coupling_page_1(const std::vector<CoupledSpreading>& measured) {
 }
 
 namespace {
-
 class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
  public:
   std::string id() const override { return "mode_coupling"; }

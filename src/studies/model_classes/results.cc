@@ -19,7 +19,6 @@
 
 namespace granuscope {
 namespace {
-
 /// How much of c0 - c the mean must give to explain it. Named by no paper.
 constexpr double nearly_all = 0.1;
 
@@ -153,9 +152,6 @@ std::vector<Claim> judge_models(const std::vector<ModelSeries>& series) {
 }
 
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 Estimate exact_or_unknown(double value) {
   return std::isfinite(value) ? Estimate{.value = value, .standard_error = 0, .reason = ""}
                               : Estimate{.reason = "no exact value is known"};
@@ -298,7 +294,6 @@ Json models_page_1(const Json& results) {
 }
 
 namespace {
-
 struct Panels {
   Panel slowing = left_panel(), profiles = right_panel();
   std::vector<std::string> exponents;

@@ -165,11 +165,11 @@ Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesyste
 std::vector<Claim> judge_models(const std::vector<ModelSeries>& series);
 
 /// The results as they stand in summary.json.
-nlohmann::ordered_json models_json(const MeasuredModels& measured);
+Json models_json(const MeasuredModels& measured);
 
 /// What the sentences of page 1 need beside these: series by the number of their peaks, exponents that are known, and
 /// the smallest and largest known share of the slowing that a mean explains.
-nlohmann::ordered_json models_page_1(const nlohmann::ordered_json& results);
+Json models_page_1(const Json& results);
 
 /// The models that the paper argues with, under one procedure: what the response of each looks like, and which class it
 /// belongs to. `measured`: what has been, for tests of the report.

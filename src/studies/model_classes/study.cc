@@ -15,9 +15,6 @@
 
 namespace granuscope {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
 /// One ensemble of the study before it is drawn.
 struct Wanted {
   std::string series, parameter, file;
