@@ -1,15 +1,8 @@
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include <cmath>
 #include <numbers>
 
-#include "analysis/transport.h"
 #include "ensemble/estimator.h"
 #include "plot/growing_panel.h"
-#include "report/clean_json.h"
 #include "studies/study.h"
-#include "support/plain_text.h"
 
 // The balances of beads whose contacts stand at another angle are those of 30 degrees with H stretched by
 // tan 30°/tan(angle); then only the cone differs, t/tan(angle) = 1 +- 2 mu/sin(2 angle) + mu^2/cos^2(angle). Its shift,
@@ -103,13 +96,8 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
     return all;
   }
 
-  void begin(const MainLine& main, int threads) override {
-    fit_ = main.fit;
-    threads_ = threads;
-  }
-
   void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
-    const Transport found = measure_transport(ensemble, fit_, {}, threads_).transport;
+    const Transport found = measure_transport(ensemble, main_.fit, {}, threads_).transport;
     const BeadGeometry geometry(which.spec.lattice.angle);
     const double mu = which.spec.sampler.mu, small = mu / std::sin(2 * geometry.angle * std::numbers::pi / 180);
     ResponseAtAngle one{which.spec, found.samples, geometry.tangent, found.c, found.D, found.c_thrust, {}, {}, {}};
@@ -125,11 +113,11 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot(folder); }};
+    return {[this](const fs::path& folder) { return plot(folder); }};
   }
 
  private:
-  Figure plot(const std::filesystem::path& folder) const {
+  Figure plot(const fs::path& folder) const {
     Plot plot = two_panels("contact-angle");
     plot.key.lines = 2;
     plot.key.inches = 0.5;
@@ -153,8 +141,6 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
 
   std::vector<double> angles_, mu_{0.1, 0.2, 0.3};
   std::uint64_t samples_ = 256;
-  FitSpec fit_;
-  int threads_ = 0;
   std::vector<ResponseAtAngle> measured_;
 };
 

@@ -1,23 +1,11 @@
 #include "studies/dilution.h"
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
 #include "sampling/diluted_beads.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -55,6 +43,7 @@ void to_json(Json& json, const DilutedResponse& one) {
 }
 
 namespace {
+
 /// What page 1 says: whether all responses have two peaks, and those with the least and the most opened contacts.
 Json page_1_overlay(const DilutedPiles& measured) {
   const auto place = [](const char* list, std::size_t k) {
@@ -195,20 +184,16 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
     return static_cast<double>(mu_.size()) * beads_squared * (1.2e-6 * piles + 2e-5 * stepwise);
   }
 
-  void begin(const MainLine& main, int threads) override {
-    seed_ = main.sampling.seed;
-    threads_ = threads;
-  }
-
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     measured_.responses.push_back(measure_diluted_response(ensemble, fit(), threads_));
   }
 
   void finish() override {
     if (!tries_piles()) return;
-    measured_.solvable = measure_solvable_shares(mu_, sizes_, shares_, piles_, seed_, threads_);
+    measured_.solvable = measure_solvable_shares(mu_, sizes_, shares_, piles_, main_.sampling.seed, threads_);
     if (stepwise_piles_ == 0) return;
-    measured_.largest = measure_largest_shares(mu_, sizes_, least_slack_, stepwise_piles_, seed_, threads_);
+    measured_.largest =
+        measure_largest_shares(mu_, sizes_, least_slack_, stepwise_piles_, main_.sampling.seed, threads_);
   }
 
   Json json() const override {
@@ -231,10 +216,10 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
   std::vector<FigurePlot> figures(const Analysis&) const override {
     std::vector<FigurePlot> all;
     if (!measured_.responses.empty()) {
-      all.push_back([this](const std::filesystem::path& folder) { return plot_diluted_responses(measured_, folder); });
+      all.push_back([this](const fs::path& folder) { return plot_diluted_responses(measured_, folder); });
     }
     if (!measured_.solvable.empty()) {
-      all.push_back([this](const std::filesystem::path& folder) { return plot_solvable_shares(measured_, folder); });
+      all.push_back([this](const fs::path& folder) { return plot_solvable_shares(measured_, folder); });
     }
     return all;
   }
@@ -276,8 +261,6 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
   std::uint64_t samples_ = 512;
   double epsilon_ = 0.2;
 
-  std::uint64_t seed_ = 1;
-  int threads_ = 0;
   DilutedPiles measured_;
 };
 
@@ -288,6 +271,7 @@ std::unique_ptr<Study> dilution_study(DilutedPiles measured) {
 }
 
 namespace {
+
 std::vector<double> even_load(const Lattice& lattice) {
   return std::vector<double>(static_cast<std::size_t>(lattice.columns()), 1.0);
 }

@@ -1,15 +1,9 @@
 #pragma once
-#include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <optional>
-#include <vector>
 
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
-#include "analysis/results.h"
-#include "analysis/shape_fit.h"
-#include "plot/figure_captions.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -1,27 +1,20 @@
 // How the forces of uniformly loaded piles are distributed: contact forces, mobilised friction and weights by depth,
 // with the shape of their tails, beside the q-model, whose weights are known (Coppersmith et al., Phys. Rev. E 53, 4673
 // (1996)).
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
 
 #include "analysis/force_bands.h"
 #include "analysis/jackknife.h"
 #include "ensemble/estimator.h"
-#include "plot/gnuplot.h"
 #include "plot/growing_panel.h"
-#include "report/clean_json.h"
 #include "studies/study.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 /// By itself, for the names of the bins.
 namespace force_distributions {
 namespace {
+
 using namespace force_bins;
 using Numbers = std::vector<double>;
 
@@ -360,8 +353,7 @@ class ForceStatisticsStudy final : public CopiedStudy<ForceStatisticsStudy> {
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_force_statistics(measured_, folder); }};
+    return figures_of(measured_, plot_force_statistics);
   }
 
  private:

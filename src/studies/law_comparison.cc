@@ -1,25 +1,10 @@
 #include "studies/law_comparison.h"
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
-#include <string>
 #include <utility>
 
 #include "analysis/double_gaussian.h"
-#include "analysis/transport.h"
-#include "ensemble/ensemble_runner.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -121,8 +106,6 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     return all;
   }
 
-  void begin(const MainLine&, int threads) override { threads_ = threads; }
-
   void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
     switch (which.part) {
       case on_piles:
@@ -151,14 +134,8 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    std::vector<FigurePlot> plots;
-    if (!measured_.on_piles.empty()) {
-      plots.emplace_back([this](const std::filesystem::path& folder) { return plot_laws(measured_.on_piles, folder); });
-    }
-    if (!measured_.costs.empty()) {
-      plots.emplace_back(
-          [this](const std::filesystem::path& folder) { return plot_law_cost(measured_.costs, folder); });
-    }
+    std::vector<FigurePlot> plots = figures_of(measured_.on_piles, plot_laws);
+    std::ranges::copy(figures_of(measured_.costs, plot_law_cost), std::back_inserter(plots));
     return plots;
   }
 
@@ -256,7 +233,6 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
   std::uint64_t response_samples_ = 0;    ///< piles of each law; 0: not measured
   LatticeSpec response_lattice_{24, 27};
   std::uint64_t response_burn_in_ = 20'000, response_thinning_ = 2000;  ///< polytope, sweeps; 0: measured
-  int threads_ = 0;
   ComparedLaws measured_;
 };
 
@@ -267,6 +243,7 @@ std::unique_ptr<Study> law_comparison_study(ComparedLaws measured) {
 }
 
 namespace {
+
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// At mu = 0.3 the peaks of granusolve are half a bead wide there, and narrower above.
@@ -347,6 +324,7 @@ LawResponse measure_law_response(const MeasuredEnsemble& ensemble, int threads) 
 }
 
 namespace {
+
 /// Which law, and how its chains ran.
 template <class Measured>
 Json law_json(const Measured& one) {
@@ -399,6 +377,7 @@ void to_json(Json& json, const LawOnPiles& one) {
 }
 
 namespace {
+
 /// By how many standard errors of their difference a number lies from another; 0 where both are exact.
 double distance(const Estimate& one, const Estimate& other) {
   const double error = std::hypot(one.standard_error, other.standard_error);
@@ -493,6 +472,7 @@ Json laws_page_1(const ComparedLaws& measured) {
 }
 
 namespace {
+
 constexpr const char* thrust_id = "law-comparison";
 constexpr const char* cost_id = "law-cost";
 

@@ -1,16 +1,10 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include <cstdint>
 #include <filesystem>
-#include <memory>
-#include <vector>
 
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
-#include "analysis/results.h"
-#include "analysis/shape_fit.h"
-#include "plot/figure_captions.h"
 #include "studies/study.h"
 
 namespace granuscope {

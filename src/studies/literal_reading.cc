@@ -1,10 +1,7 @@
 // The paper's words taken literally: c = x_p/z and D = W^2/z at one depth z, with its Eq. (1) sampled at the bead
 // centres (integrating it over a bead, as the main fits do, takes 1/12 off W^2), by plain least squares in x.
-#include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -12,14 +9,9 @@
 #include "analysis/claims.h"
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
-#include "analysis/shape_fit.h"
-#include "plot/axes.h"
 #include "plot/plot.h"
 #include "plot/power_law_panel.h"
-#include "report/clean_json.h"
 #include "studies/study.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -309,7 +301,7 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     readings_.push_back(std::move(one));
   }
 
-  void begin(const MainLine& main, int) override { window_ = main.fit.scaling_window; }
+  void prepare() override { window_ = main_.fit.scaling_window; }
 
   void finish() override {
     if (readings_.empty()) return;
@@ -426,9 +418,7 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (depths_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) {
-      return plot_literal_reading(depths_, depths_[best_], met_, folder);
-    }};
+    return {[this](const fs::path& folder) { return plot_literal_reading(depths_, depths_[best_], met_, folder); }};
   }
 
   Json json() const override {

@@ -1,27 +1,16 @@
 #include "studies/nonlinearity.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "analysis/double_gaussian.h"
 #include "analysis/scaling.h"
-#include "analysis/transport.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 void to_json(Json& json, const LoadResponse& one) {
@@ -56,6 +45,7 @@ void to_json(Json& json, const LoadExponents& one) {
 }
 
 namespace {
+
 class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
  public:
   explicit NonlinearityStudy(LoadComparison measured) : measured_(std::move(measured)) {}
@@ -117,9 +107,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
     return all;
   }
 
-  void begin(const MainLine& main, int threads) override {
-    comparer_.emplace(main.fit, main.response.epsilon, threads);
-  }
+  void prepare() override { comparer_.emplace(main_.fit, main_.response.epsilon, threads_); }
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override { comparer_->add(ensemble); }
   void finish() override { measured_ = comparer_->finish(); }
 
@@ -133,7 +121,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.responses.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_load_comparison(measured_, id(), folder); }};
+    return {[this](const fs::path& folder) { return plot_load_comparison(measured_, id(), folder); }};
   }
 
  private:
@@ -191,6 +179,7 @@ std::unique_ptr<Study> nonlinearity_study(LoadComparison measured) {
 }
 
 namespace {
+
 constexpr double window_slack = 1e-9;  ///< both ends of [0.1, 0.3] are inside
 
 double logarithm(double number) { return std::log(number); }
@@ -365,6 +354,7 @@ LoadComparison LoadComparer::finish() {
 }
 
 namespace {
+
 constexpr double percent = 100, milli = 1000;
 
 /// The responses to one kind of load at one friction coefficient, in the order of the loads.
@@ -483,6 +473,7 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
 }
 
 namespace {
+
 bool is_the_papers(const Json& one) { return one.at("estimator") == "point" && one.at("load") == 1; }
 
 /// Notes why there is no `estimate` of one load: "exponents with overload 4".

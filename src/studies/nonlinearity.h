@@ -2,17 +2,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
 
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
-#include "analysis/shape_fit.h"
-#include "ensemble/ensemble_spec.h"
-#include "plot/figure_captions.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -1,22 +1,11 @@
 #include "studies/numerical_stability.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "model/audit.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -197,6 +186,7 @@ void to_json(Json& json, const StabilityTrial& trial) {
 }
 
 namespace {
+
 constexpr double bytes_per_bead = 100;     // a deep pile is held as a whole
 constexpr double seconds_per_bead = 2e-7;  // drawn by itself and audited, on one core of a cloud machine
 
@@ -230,23 +220,18 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
     return asked() ? seconds_per_bead * static_cast<double>(stability_friction().size()) * beads() : 0;
   }
 
-  void begin(const MainLine& main, int) override { seed_ = main.sampling.seed; }
-  void finish() override { trials_ = run_stability_trials(spec_, seed_); }
+  void finish() override { trials_ = run_stability_trials(spec_, main_.sampling.seed); }
 
   Json json() const override { return trials_; }
 
   std::vector<ReportPart> parts() const override { return {part(ReportPart::Place::numerics)}; }
 
-  std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (trials_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_stability(trials_, folder); }};
-  }
+  std::vector<FigurePlot> figures(const Analysis&) const override { return figures_of(trials_, plot_stability); }
 
  private:
   double beads() const { return static_cast<double>(spec_.layers) * spec_.columns; }
 
   StabilitySpec spec_;
-  std::uint64_t seed_ = 0;
   std::vector<StabilityTrial> trials_;  ///< the deep piles first, ascending in mu
 };
 

@@ -1,15 +1,9 @@
 // What the paper's text leaves open, tried one choice at a time: how much c, D and their powers depend on it.
-#include <fmt/format.h>
-
-#include <cmath>
-#include <functional>
 
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
 #include "plot/growing_panel.h"
-#include "report/clean_json.h"
 #include "studies/study.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -102,17 +96,12 @@ class OpenChoicesStudy final : public CopiedStudy<OpenChoicesStudy> {
     return all;
   }
 
-  void begin(const MainLine& main, int threads) override {
-    fit_ = main.fit;
-    threads_ = threads;
-  }
-
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
     measured_.resize(open_choices().size());
     ChoiceMeasured& choice = measured_[static_cast<std::size_t>(one.part)];
-    choice.peaks.push_back(measure_transport(ensemble, fit_, {}, threads_));
+    choice.peaks.push_back(measure_transport(ensemble, main_.fit, {}, threads_));
     choice.slowing.push_back(
-        transform([](double c) { return tan30 - c; }, thrust_speed(ensemble.record.sums, fit_.first_layer)));
+        transform([](double c) { return tan30 - c; }, thrust_speed(ensemble.record.sums, main_.fit.first_layer)));
   }
 
   void finish() override {
@@ -159,7 +148,7 @@ class OpenChoicesStudy final : public CopiedStudy<OpenChoicesStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) {
+    return {[this](const fs::path& folder) {
       Plot plot = two_panels("open-choices");
       GrowingPanel left{"friction coefficient μ", "change of c₀ − c (thrust)  (%)"};
       GrowingPanel right{"friction coefficient μ", "change of D  (%)"};
@@ -198,8 +187,6 @@ class OpenChoicesStudy final : public CopiedStudy<OpenChoicesStudy> {
  private:
   std::vector<double> mu_;  ///< each above 0; empty: not measured
   std::uint64_t samples_ = 256;
-  FitSpec fit_;
-  int threads_ = 0;
   std::vector<ChoiceMeasured> measured_;  ///< in the order of open_choices
 };
 

@@ -1,24 +1,12 @@
 #include "studies/small_friction.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "plot/power_law_panel.h"
-#include "report/clean_json.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -218,6 +206,7 @@ void to_json(Json& json, const SmallFriction& small) {
 }
 
 namespace {
+
 /// Peaks are told from here on: narrower ones have c and D that the size of a bead biases.
 constexpr double least_peak_width = 0.8;  // bead diameters
 
@@ -305,8 +294,6 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
     return all;
   }
 
-  void begin(const MainLine&, int threads) override { threads_ = threads; }
-
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
     if (one.part == 1) {
       peaks_.push_back(measure_transport(ensemble, peak_window(peaks_mu_), {}, threads_));
@@ -367,9 +354,7 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
 
   std::vector<FigurePlot> figures(const Analysis& main) const override {
     if (measured_.empty()) return {};
-    return {[this, &main](const std::filesystem::path& folder) {
-      return plot_small_friction(main, measured_, scaling_, folder);
-    }};
+    return {[this, &main](const fs::path& folder) { return plot_small_friction(main, measured_, scaling_, folder); }};
   }
 
  private:
@@ -402,7 +387,6 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
   ScalingFit scaling_;                   ///< tan30 - c_thrust against mu, over all of them
   std::vector<double> peaks_mu_;         ///< likewise, of the peaks
   std::uint64_t peaks_samples_ = 64;
-  int threads_ = 0;
   std::vector<MeasuredTransport> peaks_;
   ScalingFits peaks_scaling_;
 };

@@ -1,10 +1,6 @@
 #pragma once
-#include <cstdint>
-#include <memory>
-#include <vector>
 
 #include "analysis/jackknife.h"
-#include "analysis/results.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -1,29 +1,15 @@
 #include "studies/spreading.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
 #include "analysis/claims.h"
 #include "analysis/double_gaussian.h"
-#include "analysis/shape_fit.h"
-#include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -269,6 +255,7 @@ void to_json(Json& json, const DeepResponse& one) {
 }
 
 namespace {
+
 /// Where the stretches begin that the claims speak of, bead diameters: about where the paper's window does, and below
 /// it.
 constexpr double shallow_from = 40, deep_from = 80;
@@ -327,6 +314,7 @@ std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, co
 }
 
 namespace {
+
 constexpr double sure = 3;  ///< standard errors
 
 double sigmas_apart(const Estimate& one, const Estimate& other) {
@@ -518,6 +506,7 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
 }
 
 namespace {
+
 class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
  public:
   std::string id() const override { return "deep_response"; }
@@ -601,7 +590,6 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     return all;
   }
 
-  void begin(const MainLine&, int threads) override { threads_ = threads; }
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(measure_spreading(ensemble, static_cast<DeepMeasurement>(one.part), threads_));
   }
@@ -621,9 +609,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_deep_response(measured_, folder); },
-            [this](const std::filesystem::path& folder) { return plot_dispersion(measured_, folder); }};
+    return figures_of(measured_, plot_deep_response, plot_dispersion);
   }
 
  private:
@@ -648,7 +634,6 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   double effective_samples_ = 0;
   std::uint64_t loaded_samples_ = 0;
   int loaded_run_ = 1;
-  int threads_ = 0;
   std::vector<DeepResponse> measured_;  ///< ascending in mu, checks behind what they check
 };
 

@@ -1,18 +1,10 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "analysis/dispersion.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
-#include "analysis/results.h"
-#include "ensemble/ensemble_spec.h"
 #include "studies/study.h"
-#include "support/key.h"
 
 namespace granuscope {
 /// The response over one lag, or in one layer below loads.

@@ -10,7 +10,6 @@
 #include "studies/spreading.h"
 #include "studies/thrust_studies.h"
 #include "studies/work_studies.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 

@@ -1,7 +1,9 @@
 #pragma once
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -17,10 +19,14 @@
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
 #include "render/scene.h"
+#include "report/clean_json.h"
 #include "report/report_data.h"
 #include "sampling/sampler_spec.h"
+#include "support/error.h"
 #include "support/key.h"
+#include "support/plain_text.h"
 
+// What every study includes.
 namespace granuscope {
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
@@ -137,7 +143,11 @@ class Study {
   /// for.
   virtual void add_main(const MainLine&, const MeasuredEnsemble&) {}
   /// Begins to measure; `threads`: 0 for as many as the machine has. No result depends on it.
-  virtual void begin(const MainLine&, [[maybe_unused]] int threads) {}
+  void begin(const MainLine& main, int threads) {
+    main_ = main;
+    threads_ = threads;
+    prepare();
+  }
   /// Takes one of its ensembles, each once and in their order.
   virtual void add(const StudyEnsemble&, const MeasuredEnsemble&) {}
   /// All ensembles are there.
@@ -158,6 +168,9 @@ class Study {
   Study(const Study&) = default;
   Study& operator=(const Study&) = default;
 
+  /// What it does in begin(), from where on main_ and threads_ are those of the run.
+  virtual void prepare() {}
+
   /// The table of its keys: "studies.<id>".
   std::string table() const { return "studies." + id(); }
   /// "studies.<id>.<name>".
@@ -176,10 +189,19 @@ class Study {
             .place = ReportPart::Place::page_1,
             .overlay = std::move(overlay)};
   }
+  /// Figures of results, each by a function of them and of the run's folder; none where there are none.
+  template <class Results, class... Plots>
+  static std::vector<FigurePlot> figures_of(const Results& results, Plots... plots) {
+    if (results.empty()) return {};
+    return {[&results, plots](const fs::path& folder) { return plots(results, folder); }...};
+  }
   /// The part templates/studies/<page>.html over the results, left out where these have nothing named `needs`.
   ReportPart part(const std::string& page, const std::string& needs) const {
     return {.page = "studies/" + page + ".html", .base = "/studies/" + id(), .needs = needs};
   }
+
+  MainLine main_;
+  int threads_ = 0;
 };
 
 /// Copies of a study are made by its own type.

@@ -1,25 +1,14 @@
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <set>
 
 #include "analysis/dispersion.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
-#include "analysis/results.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
 #include "studies/spreading.h"
 #include "studies/study.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 // Green's tensor: the mean stresses under a point force that is vertical or horizontal, and whether a closure relation
 // ties sigma_xx to the other two. Stresses of a layer are sums over the contacts that leave its beads, force times
@@ -525,10 +514,7 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
   Json json() const override { return measured_; }
   std::vector<ReportPart> parts() const override { return {part()}; }
 
-  std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_tensor(measured_, folder); }};
-  }
+  std::vector<FigurePlot> figures(const Analysis&) const override { return figures_of(measured_, plot_tensor); }
 
  private:
   static constexpr int most_octaves = 8;

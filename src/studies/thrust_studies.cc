@@ -1,22 +1,13 @@
 #include "studies/thrust_studies.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "analysis/claims.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
-#include "report/clean_json.h"
 #include "sampling/sampler.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 std::vector<RejectionThrustSize> rejection_thrust_sizes(double mu) {
@@ -78,6 +69,7 @@ void to_json(Json& json, const RejectionThrust& one) {
 }
 
 namespace {
+
 /// To five standard errors: whether alpha is below 1, and moves over the bulk by less than its distance from 1.
 bool settles_below_one(const RejectionThrust& one) {
   constexpr double sure = 5;
@@ -149,6 +141,7 @@ std::unique_ptr<Study> rejection_thrust_study(std::vector<RejectionThrust> measu
 }
 
 namespace {
+
 /// The mean over the usable layers of a share per layer, each layer weighted with `beads_of(layer)`.
 template <typename BeadsOf>
 Replicated share_of_pile(const BlockSums& sums, const std::string& quantity, int layers, BeadsOf beads_of) {
@@ -377,6 +370,7 @@ void to_json(Json& json, const RedrawnBeads& redrawn) {
 }
 
 namespace {
+
 class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
  public:
   std::string id() const override { return "redrawn_beads"; }
@@ -456,6 +450,7 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
 std::unique_ptr<Study> redrawn_beads_study() { return std::make_unique<RedrawnBeadsStudy>(); }
 
 namespace {
+
 /// Part of the unit interval around x that lies in [low, high].
 double overlap(double x, double low, double high) {
   return std::max(0.0, std::min(x + 0.5, high) - std::max(x - 0.5, low));
@@ -595,6 +590,7 @@ void to_json(Json& json, const ChainShare& share) {
 }
 
 namespace {
+
 class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
  public:
   std::string id() const override { return "chain_share"; }
@@ -638,11 +634,9 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
     return {{fmt::format("share along the rays, mu = {}", chains.mu), "chain-share", spec}};
   }
 
-  void begin(const MainLine& main, int) override { shown_sample_ = main.force_chains.sample; }
-
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(measure_chain_share(ensemble));
-    measure_shown_pile(measured_.back(), shown_sample_);
+    measure_shown_pile(measured_.back(), main_.force_chains.sample);
   }
 
   std::vector<Claim> claims(const ClaimSpec&) const override { return {judge_force_chains(measured_, least_share_)}; }
@@ -659,7 +653,6 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
 
   std::uint64_t samples_ = 0;
   double least_share_ = 0.5;          ///< fixed beforehand
-  std::uint64_t shown_sample_ = 0;    ///< of the picture
   std::vector<ChainShare> measured_;  ///< at most one
 };
 

@@ -1,12 +1,7 @@
 #pragma once
-#include <cstdint>
-#include <memory>
-#include <vector>
 
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
-#include "analysis/results.h"
-#include "analysis/transport.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -1,23 +1,12 @@
 #include "studies/work_studies.h"
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 
 #include "analysis/claims.h"
 #include "analysis/jackknife.h"
 #include "ensemble/estimator.h"
-#include "plot/axes.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -154,6 +143,7 @@ void to_json(Json& json, const CountedWork& work) {
 }
 
 namespace {
+
 class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
  public:
   std::string id() const override { return "counted_work"; }
@@ -398,6 +388,7 @@ void to_json(Json& json, const ErrorCurve& curve) {
 }
 
 namespace {
+
 constexpr int most_repetitions = 256;
 
 class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
@@ -465,7 +456,6 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
     return all;
   }
 
-  void begin(const MainLine&, int threads) override { threads_ = threads; }
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     curves_.push_back(measure_error_curve(ensemble, error_curve_fit(lattice_), threads_));
   }
@@ -474,8 +464,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   Json json() const override { return curves_; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (curves_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_error_against_time(curves_, folder); }};
+    return figures_of(curves_, plot_error_against_time);
   }
 
  private:
@@ -488,7 +477,6 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   int repetitions_ = 0;  ///< independent ones of each estimator; 0: not measured
   double mu_ = 0.3;
   LatticeSpec lattice_{500, 200};
-  int threads_ = 0;
   std::vector<ErrorCurve> curves_;  ///< one for each estimator
 };
 

@@ -1,12 +1,6 @@
 #pragma once
-#include <cstdint>
 #include <filesystem>
-#include <memory>
-#include <vector>
 
-#include "analysis/precision.h"
-#include "analysis/results.h"
-#include "plot/figure_captions.h"
 #include "studies/study.h"
 
 namespace granuscope {

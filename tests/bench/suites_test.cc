@@ -66,11 +66,11 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
 }
 
 TEST_CASE("a ratio meets its limit from the right side") {
-  CHECK(SamplerRatio{"", 2, 3, true}.met());
-  CHECK_FALSE(SamplerRatio{"", 4, 3, true}.met());
-  CHECK(SamplerRatio{"", 4, 3, false}.met());
-  CHECK_FALSE(SamplerRatio{"", 2, 3, false}.met());
-  CHECK(SamplerRatio{"", 2, std::nullopt, false}.met());
+  CHECK(BenchNumber{"", 2, 3, true}.met());
+  CHECK_FALSE(BenchNumber{"", 4, 3, true}.met());
+  CHECK(BenchNumber{"", 4, 3, false}.met());
+  CHECK_FALSE(BenchNumber{"", 2, 3, false}.met());
+  CHECK(BenchNumber{"", 2, std::nullopt, false}.met());
 }
 
 TEST_CASE("the straight-line limit begins as the sampler does and stays finite") {

@@ -9,7 +9,6 @@
 #include <bit>
 #include <cstring>
 
-#include "model/lattice.h"
 #include "sampling/philox-inl.h"
 #include "sampling/repair_arithmetic-inl.h"
 

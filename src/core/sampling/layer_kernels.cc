@@ -177,7 +177,6 @@ HWY_AFTER_NAMESPACE();
 #include <stdexcept>
 
 #include "model/equilibrium.h"
-#include "sampling/random_key.h"
 
 namespace granuscope {
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "sampling/diluted_beads.h"
 #include "sampling/granusolve.h"

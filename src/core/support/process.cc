@@ -288,6 +288,7 @@ std::string missing_program(const std::string& name, const std::string& conseque
 }
 
 namespace {
+
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 }  // namespace

@@ -135,6 +135,7 @@ std::string current_time() {
 }
 
 namespace {
+
 // The libraries of higher rooms are asked through the loader, so that no header of theirs is needed here.
 
 template <class Symbol>

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <stdexcept>
-#include <string>
 
 #include "support/plain_text.h"
 

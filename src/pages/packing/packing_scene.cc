@@ -9,12 +9,10 @@
 #include <limits>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "packing/packing_statistics.h"
 #include "render/layout.h"
 #include "render/sample_grid.h"
-#include "render/scene.h"
 #include "support/error.h"
 #include "support/progress.h"
 

@@ -11,9 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
 #include "render/scene.h"

@@ -8,9 +8,6 @@
 #include <set>
 
 #include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
 #include "plot/power_law_panel.h"

@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <string_view>
 
 #include "plot/plot_texts.h"
 #include "support/plain_text.h"

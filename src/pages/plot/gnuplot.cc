@@ -11,15 +11,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <map>
 #include <sstream>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "support/error.h"
 #include "support/files.h"
-#include "support/plain_text.h"
 #include "support/process.h"
 
 namespace granuscope {

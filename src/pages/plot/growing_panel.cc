@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "plot/gnuplot.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 

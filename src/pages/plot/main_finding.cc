@@ -6,7 +6,6 @@
 
 #include "analysis/claims.h"
 #include "model/lattice.h"
-#include "plot/figure_captions.h"
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
 #include "plot/power_law_panel.h"

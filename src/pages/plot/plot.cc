@@ -19,6 +19,7 @@
 
 namespace granuscope {
 namespace {
+
 /// A plot as wide as the text is made again this wide, for phones: two panels stand one above the other there.
 constexpr double narrow_plot_width_inches = 0.5 * plot_width_inches;
 
@@ -64,6 +65,7 @@ std::string Plot::add_data(const std::string& name, const CsvTable& table) {
 }
 
 namespace {
+
 Json to_json(const Style& style) {
   return {{"with", style.with}, {"colour", style.colour}, {"width", style.width},
           {"dash", style.dash}, {"marker", style.marker}, {"size", style.size}};
@@ -85,6 +87,7 @@ Json to_json(const Axis& axis) {
 Json axis_json(const Axis& axis) { return to_json(axis); }
 
 namespace {
+
 Json to_json(const Panel& panel) {
   Json curves = Json::array(), texts = Json::array(), arrows = Json::array(), bands = Json::array();
   for (const Curve& curve : panel.curves) {
@@ -317,6 +320,7 @@ std::string fill_script(const FigureRecipe& recipe, std::string_view catalogue) 
 }
 
 namespace {
+
 /// Puts the points of the run before, which lie beside as last-NAME.csv, in grey behind those of this one. Whether
 /// there are any. Those beyond the axes are cut off.
 bool add_last_run(Plot& plot, const std::filesystem::path& figures) {
@@ -337,9 +341,6 @@ bool add_last_run(Plot& plot, const std::filesystem::path& figures) {
   return any;
 }
 
-}  // namespace
-
-namespace {
 /// Leaves out the curves of which no value is known: real numbers may all be lost in noise. False, and nothing left
 /// out, where a panel would have none.
 bool leave_out_unknown(Plot& of_this_run) {
@@ -405,6 +406,7 @@ Figure plot_figure(const Plot& given, const Wording& wording, const std::filesys
 }
 
 namespace {
+
 /// A text that stays one wherever it stands: gnuplot_string shuts it in, and TeX finds no command in it.
 bool is_plain_text(std::string_view text) {
   return text.find_first_of("\"`\\@<") == std::string_view::npos &&

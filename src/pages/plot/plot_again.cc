@@ -12,8 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
 #include "render/font.h"
@@ -71,6 +69,7 @@ std::string signs_in_tex(std::string text) {
 }
 
 namespace {
+
 constexpr const char* italic = "{/:Italic ";
 
 /// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
@@ -196,6 +195,7 @@ std::vector<std::string> plots_in(const fs::path& figures) {
 }
 
 namespace {
+
 /// The figure as an EPS that TeX sets, with its own fonts and mathematics. dvips finds the edges of letters and rules,
 /// not those of what is drawn: hair-thin white rules stand in the corners.
 std::string eps_by_tex(const std::string& tikz, const std::string& id, double points) {

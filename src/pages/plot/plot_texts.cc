@@ -8,8 +8,6 @@
 #include <cctype>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "render/palette.h"

@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <set>
 
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
 #include "support/plain_text.h"
 
 namespace granuscope {

@@ -8,7 +8,6 @@
 
 #include "analysis/dispersion.h"
 #include "analysis/double_gaussian.h"
-#include "analysis/mean_response.h"
 #include "model/lattice.h"
 #include "render/layout.h"
 #include "storage/ensemble_file.h"

@@ -4,7 +4,6 @@
 #include <ft2build.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <type_traits>
 #include <utility>

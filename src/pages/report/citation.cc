@@ -13,7 +13,6 @@
 #include <memory>
 #include <set>
 #include <utility>
-#include <vector>
 
 #include "plot/gnuplot.h"
 #include "report/clean_json.h"
@@ -97,6 +96,7 @@ Citation read_citation(const std::filesystem::path& file) {
 }
 
 namespace {
+
 /// A zip keeps the local time without its zone: the moment at which clocks here show the given one.
 std::time_t moment_shown_as(const std::string& time) {
   std::tm parts = {};
@@ -155,6 +155,7 @@ void write_zip(const std::filesystem::path& target, const std::vector<ZipEntry>&
 }
 
 namespace {
+
 constexpr const char* metadata_name = "ro-crate-metadata.json";
 constexpr const char *manifest_name = "manifest.json", *experiment_name = "experiment.toml";
 constexpr const char *codecheck_name = "codecheck.yml", *sources_name = "sources.tar.gz";

@@ -1,7 +1,5 @@
 #include "report/clean_json.h"
 
-#include <nlohmann/json.hpp>
-
 #include <cmath>
 
 #include "sampling/polytope.h"
@@ -73,6 +71,7 @@ void to_json(Json& json, const ResponseSpec& response) {
 }
 
 namespace {
+
 /// A value whose standard error alone is unknown keeps its value; the reason then tells of the error.
 Json estimate_json(const Estimate& estimate) {
   Json json{{"value", finite_or_null(estimate.value)}, {"stderr", finite_or_null(estimate.standard_error)}};

@@ -9,8 +9,6 @@
 #include <iterator>
 #include <set>
 #include <stdexcept>
-#include <string_view>
-#include <vector>
 
 #include "report/page_scope.h"
 #include "support/error.h"
@@ -47,9 +45,6 @@ int digits_of(std::string_view format) {
   return std::stoi(digits);
 }
 
-}  // namespace
-
-namespace {
 /// An exponent whose points keep to no power law lies between those of parts of its window: its error says nothing.
 bool is_no_power(const Json& estimate) { return estimate.contains("power_law") && estimate["power_law"] == false; }
 
@@ -86,6 +81,7 @@ std::string plain_value_with_error(double value, double standard_error) {
 }
 
 namespace {
+
 struct NamedNumber {
   std::string name;
   Json value, standard_error;  ///< the latter null where there is none
@@ -207,9 +203,6 @@ std::string in_tex(std::string text) {
   return "\\ensuremath{" + text + "}";
 }
 
-}  // namespace
-
-namespace {
 /// What a paper says of a run. `name` without what lies behind its first stroke is a result, a list or an exponent.
 bool is_quoted(const std::string& name, const std::string& scanned) {
   const std::string first = name.substr(0, name.find('/')), last = name.substr(name.rfind('/') + 1);
@@ -314,6 +307,7 @@ std::string escape_markdown(std::string_view text) {
 }
 
 namespace {
+
 bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±" || word == "×"; }
 
 /// "1/√z" and "xₚ/z": a line could break behind the stroke.

@@ -12,8 +12,6 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
@@ -113,6 +111,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
 }
 
 namespace {
+
 /// A claim keeps its number and the standard error side by side; the page has them as any other number.
 void add_measured(Json& row, const Json& claim, const std::string& pointer) {
   if (!claim.at("measured").is_number() || !claim.at("stderr").is_number()) return;
@@ -125,9 +124,6 @@ void add_measured(Json& row, const Json& claim, const std::string& pointer) {
   row["measured"] = {{"key", pointer + "/measured"}, {"text", plain_value_with_error(value, error)}};
 }
 
-}  // namespace
-
-namespace {
 constexpr double strip_reach = 10;  ///< pulls that the strip shows; beyond, an arrow at its end
 
 /// The pull as a place on a strip, clipped with an arrow.
@@ -206,6 +202,7 @@ void add_claims(Json& overlay, const Json& summary) {
 }
 
 namespace {
+
 constexpr double text_width_mm = 170;  // of print.css: A4 less two margins of 20 mm
 constexpr double half_width_mm = 85;   // two narrower ones stand side by side
 
@@ -341,6 +338,7 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
 }
 
 namespace {
+
 std::string verdict_of(const Json& summary, const char* id) {
   for (const Json& claim : summary.at("claims")) {
     if (claim.at("id") == id) return claim.at("verdict").get<std::string>();
@@ -487,6 +485,7 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
 }
 
 namespace {
+
 /// Whether c or D is unknown for the same reason, which then stands below their table already.
 bool told_with_slopes(const Json& result, const Json& estimate) {
   if (!estimate.contains("reason")) return false;

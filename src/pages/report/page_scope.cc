@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <iterator>
-#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -18,7 +15,6 @@
 #include "report/number_text.h"
 #include "sampling/sampler_spec.h"
 #include "support/plain_text.h"
-#include "support/templates.h"
 
 namespace granuscope {
 namespace {
@@ -285,6 +281,7 @@ const Json& PageScope::value(const std::string& name) const {
 }
 
 namespace {
+
 /// "a, b and c".
 std::string enumerated(const Json& names) {
   std::string text;
@@ -329,6 +326,7 @@ void add_reason(Json& notes, const Json& summary, const std::string& pointer, co
 }
 
 namespace {
+
 /// " at μ = 0.1 and 0.3" of " at μ = 0.1" and " at μ = 0.3"; those that differ before the value stay apart.
 std::string joined_places(const std::string& what, const std::vector<std::string>& places) {
   const std::string head = places.front().substr(0, places.front().rfind("= ") + 1);
@@ -362,6 +360,7 @@ void finish_notes(Json& notes) {
 }
 
 namespace {
+
 struct Column {
   std::string title, cell, only_if;
   std::string classes;        ///< of its cells
@@ -450,14 +449,10 @@ class TableReader {
     if (form_.blocks.empty()) fail(fmt::format("\"{}\" before \"rows\", or not known", key));
     Block& block = form_.blocks.back();
     if (!block.columns.empty()) fail(fmt::format("\"{}\" behind the first column", key));
-    if (key == "where") {
-      block.where = value;
-    } else if (key == "group") {
+    if (key == "group") {
       block.group = words_of(value);
-    } else if (key == "after") {
-      block.after = value;
-    } else if (key == "end") {
-      block.end = value;
+    } else if (key == "where" || key == "after" || key == "end") {
+      (key == "where" ? block.where : key == "after" ? block.after : block.end) = value;
     } else {
       fail(fmt::format("\"{}\" is none of caption, class, rows, where, group, after, end", key));
     }
@@ -467,25 +462,17 @@ class TableReader {
     if (form_.blocks.empty()) fail("a column before \"rows\"");
     if (fields.size() < 3 || fields.size() > 4) fail("a column is \"title :: kind :: cell\", or \":: when\" behind it");
     Column column{fields[0], fields[2], fields.size() == 4 ? fields[3] : "", "", ""};
-    std::string number, main, name, after;
-    for (const std::string& word : words_of(fields[1])) {
-      if (word == "heading") {
-        column.heading = true;
-      } else if (word == "once") {
-        column.once = true;
-      } else if (word == "number") {
-        number = "num";
-      } else if (word == "main") {
-        main = " main";
-      } else if (word == "name") {
-        name = " name";
-      } else if (word == "after") {
-        after = " after";
-      } else if (word != "text") {
-        fail(fmt::format("\"{}\" is none of text, number, main, name, after, heading, once", word));
-      }
+    const std::vector<std::string> words = words_of(fields[1]);
+    const auto is = [&](const char* word) { return std::ranges::find(words, word) != words.end(); };
+    for (const std::string& word : words) {
+      constexpr std::array known{"text", "number", "main", "name", "after", "heading", "once"};
+      if (std::ranges::find(known, word) != known.end()) continue;
+      fail(fmt::format("\"{}\" is none of {}", word, fmt::join(known, ", ")));
     }
-    column.classes = trimmed(number + main + name + after);
+    column.heading = is("heading");
+    column.once = is("once");
+    const std::string number = is("number") ? "num" : "", after = is("after") ? " after" : "";
+    column.classes = trimmed(number + (is("main") ? " main" : "") + (is("name") ? " name" : "") + after);
     column.title_classes = trimmed(number + after);
     form_.blocks.back().columns.push_back(column);
   }

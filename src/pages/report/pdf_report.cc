@@ -4,9 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
-#include <stdexcept>
-#include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "plot/gnuplot.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include "report/page_overlays.h"
 #include "report/page_scope.h"

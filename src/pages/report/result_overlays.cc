@@ -58,6 +58,7 @@ bool is_rounding(const Json& result, const char* name) {
 }
 
 namespace {
+
 std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
 
 /// What the table of exponents says of one beside its fit.
@@ -192,6 +193,7 @@ void add_results(Json& overlay, const Json& summary) {
 }
 
 namespace {
+
 Json named_values(const std::vector<std::pair<std::string, std::string>>& pairs) {
   Json list = Json::array();
   for (const auto& [name, value] : pairs) list.push_back({{"name", name}, {"value", value}});
@@ -264,6 +266,7 @@ void add_numerics(Json& overlay, const Json& summary) {
 }
 
 namespace {
+
 /// "8192 piles at each of 6 μ", or nothing if they differ.
 std::string run_line(const Analysis& analysis) {
   std::set<std::uint64_t> samples;

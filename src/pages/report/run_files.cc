@@ -8,7 +8,6 @@
 #include <exception>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "plot/gnuplot.h"
 #include "report/clean_json.h"
@@ -157,6 +156,7 @@ void to_json(Json& stage, const StageTiming& timing) {
 }
 
 namespace {
+
 Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::string, StageTiming>& earlier) {
   Json json = timings;
   for (const auto& [stage, told] : earlier) {

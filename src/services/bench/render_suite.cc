@@ -214,11 +214,7 @@ std::string render_bench_json(const RenderBench& bench) {
         counts.too_faint, counts.aggregated, counts.pixels, timing.image_bytes, timing.peak_bytes, renderer);
     pictures.push_back(entry);
   }
-  for (const RenderTarget& target : bench.targets) {
-    targets.push_back(fmt::format(R"(    {{"name": "{}", "measured": {}, "{}": {}, "met": {}}})", target.name,
-                                  target.measured, target.at_most ? "at_most" : "at_least", target.limit,
-                                  target.met()));
-  }
+  for (const BenchNumber& target : bench.targets) targets.push_back(target.json());
   return fmt::format("{{\n  \"suite\": \"render\",\n  \"pictures\": [\n{}\n  ],\n  \"targets\": [\n{}\n  ]\n}}\n",
                      fmt::join(pictures, ",\n"), fmt::join(targets, ",\n"));
 }
@@ -236,9 +232,9 @@ std::string render_bench_table(const RenderBench& bench) {
         fmt::format("{:<44}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}{:>10.0f}\n", timing.picture.name, timing.seconds,
                     steps.read, steps.build, steps.draw, steps.encode, static_cast<double>(timing.peak_bytes) / 1e6);
   }
-  for (const RenderTarget& target : bench.targets) {
-    text += fmt::format("{:<4}{}: {:.3f}, {} {:g}\n", target.met() ? "ok" : "--", target.name, target.measured,
-                        target.at_most ? "at most" : "at least", target.limit);
+  for (const BenchNumber& target : bench.targets) {
+    text += fmt::format("{:<4}{}: {:.3f}, {} {:g}\n", target.met() ? "ok" : "--", target.name, target.value,
+                        target.at_most ? "at most" : "at least", *target.limit);
   }
   return text;
 }

@@ -11,7 +11,6 @@
 #include <barrier>
 #include <chrono>
 #include <cmath>
-#include <exception>
 #include <functional>
 #include <numeric>
 #include <thread>
@@ -28,10 +27,11 @@
 namespace granuscope {
 std::string with_measured_with(const std::string& suite_json) {
   const Provenance provenance = collect_provenance();
-  const Json measured = {{"program", provenance.program_version}, {"commit", provenance.git_commit},
-                         {"changed", provenance.git_dirty},       {"compiler", provenance.compiler},
-                         {"processor", provenance.host_cpu},      {"threads", provenance.hardware_threads},
-                         {"date", current_time().substr(0, 10)}};
+  const nlohmann::ordered_json measured = {
+      {"program", provenance.program_version}, {"commit", provenance.git_commit},
+      {"changed", provenance.git_dirty},       {"compiler", provenance.compiler},
+      {"processor", provenance.host_cpu},      {"threads", provenance.hardware_threads},
+      {"date", current_time().substr(0, 10)}};
   std::string text = suite_json;
   return text.insert(text.find('{') + 1, "\n  \"measured\": " + measured.dump() + ",");
 }
@@ -330,13 +330,13 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
                    batch = find(bench, mu, lattice, SamplerEngine::batch)->ns_per_bead,
                    limit = find(bench, mu, lattice, SamplerEngine::no_rejection)->ns_per_bead;
       const std::string where = fmt::format("mu={:g} {}x{}", mu, lattice.columns, lattice.layers);
-      SamplerRatio gain{where + " scalar/batch", scalar / batch, std::nullopt, false};
+      BenchNumber gain{where + " scalar/batch", scalar / batch, std::nullopt, false};
       if (mu <= low_friction) gain.limit = batch_gain_small;
       if (mu == middle_friction) gain.limit = batch_gain_middle;
-      SamplerRatio scalar_cost{where + " scalar/no-rejection", scalar / limit, std::nullopt};
+      BenchNumber scalar_cost{where + " scalar/no-rejection", scalar / limit, std::nullopt};
       if (mu == 0.1) scalar_cost.limit = scalar_cost_0_1;
       if (mu == 0.3) scalar_cost.limit = scalar_cost_0_3;
-      SamplerRatio batch_cost{where + " batch/no-rejection", batch / limit, std::nullopt};
+      BenchNumber batch_cost{where + " batch/no-rejection", batch / limit, std::nullopt};
       if (mu == 0.3) batch_cost.limit = batch_cost_0_3;
       bench.ratios.insert(bench.ratios.end(), {gain, scalar_cost, batch_cost});
     }
@@ -401,6 +401,11 @@ std::string case_json(double mu, const LatticeSpec& lattice, const std::string& 
 
 }  // namespace
 
+std::string BenchNumber::json() const {
+  return fmt::format(R"(    {{"name": "{}", "measured": {}, "{}": {}, "met": {}}})", name, value,
+                     at_most ? "at_most" : "at_least", *limit, met());
+}
+
 std::string sampler_bench_json(const SamplerBench& bench) {
   std::vector<std::string> cases, scaling, ratios, targets;
   for (const SamplerCase& c : bench.cases) {
@@ -426,11 +431,10 @@ std::string sampler_bench_json(const SamplerBench& bench) {
     scaling.push_back(fmt::format(R"(    {{"threads": {}, "batch": {}, "arithmetic": {}, "runs": {}}})", s.threads,
                                   s.batch, s.arithmetic, s.runs));
   }
-  for (const SamplerRatio& r : bench.ratios) {
+  for (const BenchNumber& r : bench.ratios) {
     ratios.push_back(fmt::format(R"(    "{}": {})", r.name, r.value));
     if (!r.limit) continue;
-    targets.push_back(fmt::format(R"(    {{"name": "{}", "measured": {}, "{}": {}, "met": {}}})", r.name, r.value,
-                                  r.at_most ? "at_most" : "at_least", *r.limit, r.met()));
+    targets.push_back(r.json());
   }
   const EnsembleMemory& m = bench.memory;
   const std::string memory = m.samples == 0 ? "null"
@@ -466,7 +470,7 @@ std::string sampler_bench_table(const SamplerBench& bench) {
     text += fmt::format("{} thread{}: {:.2f} times the beads per second of one, {:.2f} times the arithmetic\n",
                         s.threads, s.threads == 1 ? "" : "s", s.batch, s.arithmetic);
   }
-  for (const SamplerRatio& r : bench.ratios) {
+  for (const BenchNumber& r : bench.ratios) {
     text += r.limit ? fmt::format("{:<4}{}: {:.2f}, {} {:g}\n", r.met() ? "ok" : "--", r.name, r.value,
                                   r.at_most ? "at most" : "at least", *r.limit)
                     : fmt::format("    {}: {:.2f}\n", r.name, r.value);

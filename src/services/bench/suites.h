@@ -99,13 +99,15 @@ struct ThreadScaling {
   double arithmetic = 0;        ///< the same of a loop that touches no memory: what the machine allows
 };
 
-/// A quotient of two times (or of memory and its unit), and the limit it is held against if it has one.
-struct SamplerRatio {
+/// A time, an amount of memory or a quotient of two such numbers, and the limit it is held against if it has one.
+struct BenchNumber {
   std::string name;
   double value = 0;
   std::optional<double> limit;
   bool at_most = true;  ///< or at least
   bool met() const { return !limit || (at_most ? value <= *limit : value >= *limit); }
+  /// Of one with a limit, as an object in a list of targets.
+  std::string json() const;
 };
 
 struct SamplerBench {
@@ -116,7 +118,7 @@ struct SamplerBench {
   LatticeSpec scaling_lattice;
   std::vector<ThreadScaling> scaling;
   EnsembleMemory memory;
-  std::vector<SamplerRatio> ratios;
+  std::vector<BenchNumber> ratios;
 };
 
 struct SamplerBenchOptions {
@@ -197,17 +199,9 @@ struct RenderTiming {
   std::string failure;  ///< why there are no numbers, if so
 };
 
-/// A limit that the suite holds its own numbers against.
-struct RenderTarget {
-  std::string name;
-  double measured = 0, limit = 0;
-  bool at_most = true;  ///< or at least
-  bool met() const { return at_most ? measured <= limit : measured >= limit; }
-};
-
 struct RenderBench {
   std::vector<RenderTiming> timings;
-  std::vector<RenderTarget> targets;
+  std::vector<BenchNumber> targets;
 };
 
 /// Pictures of 70 x 60 to 4000 x 4000 beads at 800 to 8000 pixels, with and without skipping, and a small window of

@@ -1,17 +1,9 @@
-#include <fmt/format.h>
-
-#include <CLI/CLI.hpp>
-#include <filesystem>
 #include <functional>
 #include <iterator>
-#include <memory>
-#include <string>
 
 #include "bench/suites.h"
 #include "cli/flag_checks.h"
-#include "cli/verbs.h"
 #include "plot/gnuplot.h"
-#include "support/files.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -142,7 +134,7 @@ void add_bench_verb(CLI::App& app, VerbContext& context) {
                    "accuracy: independent repetitions of each estimator")
       ->capture_default_str()
       ->check(CLI::Range(least_repetitions, most_blocks / repetition_blocks));
-  verb->callback([options, &context] { context.action = [options, &context] { return bench(*options, context); }; });
+  context.actions[verb] = [options, &context] { return bench(*options, context); };
 }
 
 }  // namespace granuscope

@@ -12,7 +12,6 @@
 #include <map>
 #include <new>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
@@ -257,7 +256,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   }
   for (const CLI::App* verb : app.get_subcommands()) require_values(*verb);
   install_interruption_handlers();
-  const ExitCode code = context.action();
+  const ExitCode code = context.actions.at(app.get_subcommands().front())();
   require_written(out);
   return code;
 }

@@ -1,25 +1,13 @@
-#include <fmt/format.h>
-#include <CLI/CLI.hpp>
-
-#include <array>
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <memory>
 #include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "cli/flag_checks.h"
 #include "cli/page_options.h"
-#include "cli/verbs.h"
 #include "packing/packing_file.h"
 #include "packing/packing_scene.h"
 #include "packing/packing_statistics.h"
 #include "render/render_pile.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -254,7 +242,7 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("-j,--threads", options->film.threads, "of a film: threads, 0 for all; never changes a pixel")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
-  verb->callback([options, verb, &context] {
+  verb->callback([options, verb] {
     if (!options->film.folder.empty()) {
       for (const char* flag : {"--image", "--histogram", "--on-particles", "--json", "--step", "--backend"}) {
         if (verb->count(flag) == 0) continue;
@@ -265,8 +253,8 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
       if (verb->count("--dpi") == 0) options->scene.dpi = film_dpi;
     }
     options->has_mu = verb->count("--mu") > 0;
-    context.action = [options, &context] { return show_contacts(*options, context); };
   });
+  context.actions[verb] = [options, &context] { return show_contacts(*options, context); };
 }
 
 }  // namespace granuscope

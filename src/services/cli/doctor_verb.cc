@@ -1,18 +1,8 @@
-#include <fmt/core.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include "cli/verbs.h"
+#include "cli/flag_checks.h"
 #include "render/gl_context.h"
 #include "report/clean_json.h"
-#include "support/error.h"
-#include "support/files.h"
-#include "support/plain_text.h"
 #include "support/process.h"
 #include "support/provenance.h"
 
@@ -147,9 +137,7 @@ void add_doctor_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("-o,--out", *out_folder, "folder in which results shall be written")->capture_default_str();
   const auto json = std::make_shared<bool>(false);
   verb->add_flag("--json", *json, "print one JSON object on standard output and nothing else there");
-  verb->callback([out_folder, json, &context] {
-    context.action = [out_folder, json, &context] { return examine(*out_folder, *json, context); };
-  });
+  context.actions[verb] = [out_folder, json, &context] { return examine(*out_folder, *json, context); };
 }
 
 }  // namespace granuscope

@@ -1,20 +1,8 @@
-#include <fmt/format.h>
-#include <CLI/CLI.hpp>
-
-#include <array>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <string_view>
-
 #include "cli/flag_checks.h"
-#include "cli/verbs.h"
 #include "export/field_export.h"
 #include "export/pile_export.h"
 #include "plot/response_field.h"
 #include "storage/pile_file.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -125,8 +113,7 @@ void add_export_verb(CLI::App& app, VerbContext& context) {
                    "contacts or beads: what a file of the formats dump-local, pegs and csv holds, which keep them "
                    "apart (contacts if not given); of dump-local walls, too: the contacts on the floor");
   add_output(*verb, "-o,--out", options->file, "file to write")->required();
-  verb->callback(
-      [options, &context] { context.action = [options, &context] { return export_file(*options, context); }; });
+  context.actions[verb] = [options, &context] { return export_file(*options, context); };
 }
 
 }  // namespace granuscope

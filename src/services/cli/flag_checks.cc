@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "storage/ensemble_file.h"
 #include "support/error.h"

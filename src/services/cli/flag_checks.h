@@ -1,15 +1,23 @@
 #pragma once
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "cli/verbs.h"
+#include "support/error.h"
+#include "support/files.h"
 #include "support/key.h"
+#include "support/plain_text.h"
 
+// What every verb includes.
 namespace granuscope {
 /// The flag of a key: it says what the key means, or `about`, and a whole number beyond its field is refused, which
 /// CLI11's own conversion silently takes for the largest one.

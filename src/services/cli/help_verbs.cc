@@ -1,25 +1,15 @@
 #include "cli/help_verbs.h"
 
-#include <fmt/core.h>
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cctype>
-#include <filesystem>
-#include <memory>
 #include <sstream>
-#include <string>
-#include <string_view>
-#include <vector>
 
-#include "cli/verbs.h"
+#include "cli/flag_checks.h"
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
 #include "report/page_overlays.h"
-#include "support/files.h"
-#include "support/plain_text.h"
 #include "support/provenance.h"
 #include "support/templates.h"
 
@@ -55,23 +45,19 @@ void add_help_verb(CLI::App& app, VerbContext& context) {
   CLI::App* help = app.add_subcommand("help", "Print what this program, or one of its verbs, can be asked for");
   const auto verb = std::make_shared<std::string>();
   help->add_option("VERB", *verb, "the verb (all of them in short if not given)");
-  help->callback([verb, &app, &context] {
-    context.action = [verb, &app, &context] {
-      // app.help() would be that of the verb help.
-      const auto formatter = app.get_formatter();
-      context.out << (verb->empty() ? formatter->make_help(&app, "granuscope", CLI::AppFormatMode::Normal)
-                                    : verb_named(app, *verb).help("granuscope"));
-      return ExitCode::done;
-    };
-  });
+  context.actions[help] = [verb, &app, &context] {
+    // app.help() would be that of the verb help.
+    const auto formatter = app.get_formatter();
+    context.out << (verb->empty() ? formatter->make_help(&app, "granuscope", CLI::AppFormatMode::Normal)
+                                  : verb_named(app, *verb).help("granuscope"));
+    return ExitCode::done;
+  };
   CLI::App* version = app.add_subcommand("version", "Print the version, as --version does");
   version->group("");  // not listed: the flag is
-  version->callback([&context] {
-    context.action = [&context] {
-      context.out << provenance_line(collect_provenance()) << '\n';
-      return ExitCode::done;
-    };
-  });
+  context.actions[version] = [&context] {
+    context.out << provenance_line(collect_provenance()) << '\n';
+    return ExitCode::done;
+  };
 }
 
 namespace {
@@ -122,7 +108,7 @@ void add_example_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("example", "Print a built-in experiment, to be run or changed");
   const auto name = std::make_shared<std::string>();
   verb->add_option("NAME", *name, "which one, for example quick (a list if not given)");
-  verb->callback([name, &context] { context.action = [name, &context] { return print_example(*name, context); }; });
+  context.actions[verb] = [name, &context] { return print_example(*name, context); };
 }
 
 namespace {
@@ -177,9 +163,7 @@ void add_explain_verb(CLI::App& app, VerbContext& context) {
       app.add_subcommand("explain", "Say what a word of the report means, such as c_thrust, pull or block");
   const auto word = std::make_shared<std::vector<std::string>>();
   verb->add_option("WORD", *word, "which one (a list if not given)");
-  verb->callback([word, &context] {
-    context.action = [word, &context] { return explain_word(fmt::format("{}", fmt::join(*word, " ")), context); };
-  });
+  context.actions[verb] = [word, &context] { return explain_word(fmt::format("{}", fmt::join(*word, " ")), context); };
 }
 
 namespace {
@@ -223,20 +207,18 @@ void add_reference_verb(CLI::App& app, VerbContext& context) {
   const auto folder = std::make_shared<std::string>();
   verb->add_flag("--verbs", *verbs, "print every verb with its flags instead");
   verb->add_option("--files", *folder, "write manual pages and completion files below this folder (share) instead");
-  verb->callback([&app, &context, verbs, folder] {
-    context.action = [&app, &context, verbs, folder] {
-      if (!folder->empty()) {
-        for (const auto& [path, text] : installed_files(app)) {
-          const auto file = std::filesystem::path(*folder) / path;
-          make_folder(file.parent_path());
-          write_file(file, text);
-        }
-        return ExitCode::done;
+  context.actions[verb] = [&app, &context, verbs, folder] {
+    if (!folder->empty()) {
+      for (const auto& [path, text] : installed_files(app)) {
+        const auto file = std::filesystem::path(*folder) / path;
+        make_folder(file.parent_path());
+        write_file(file, text);
       }
-      context.out << (*verbs ? describe_verbs(app) : describe_experiment_keys());
       return ExitCode::done;
-    };
-  });
+    }
+    context.out << (*verbs ? describe_verbs(app) : describe_experiment_keys());
+    return ExitCode::done;
+  };
 }
 
 namespace {

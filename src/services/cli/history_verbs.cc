@@ -1,19 +1,11 @@
-#include <fmt/core.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
 
 #include "cli/flag_checks.h"
-#include "cli/verbs.h"
 #include "experiment/experiment_file.h"
 #include "history/night_book.h"
 #include "history/nightly.h"
-#include "support/error.h"
 
 namespace granuscope {
 namespace {
@@ -81,7 +73,7 @@ void add_nightly_verb(CLI::App& app, VerbContext& context) {
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--verbose", options->verbose, "tell progress");
-  verb->callback([options, &context] { context.action = [options, &context] { return nightly(*options, context); }; });
+  context.actions[verb] = [options, &context] { return nightly(*options, context); };
 }
 
 namespace {
@@ -146,7 +138,7 @@ void add_history_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--format", options->format, "of export: csv (the primary numbers) or json (all)")
       ->capture_default_str()
       ->check(CLI::IsMember({"csv", "json"}));
-  verb->callback([options, &context] { context.action = [options, &context] { return history(*options, context); }; });
+  context.actions[verb] = [options, &context] { return history(*options, context); };
 }
 
 }  // namespace granuscope

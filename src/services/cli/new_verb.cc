@@ -1,21 +1,11 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
-#include <filesystem>
-#include <memory>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "cli/flag_checks.h"
-#include "cli/verbs.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
 #include "plot/gnuplot.h"
-#include "support/error.h"
-#include "support/files.h"
-#include "support/plain_text.h"
 #include "support/progress.h"
 #include "support/provenance.h"
 
@@ -162,8 +152,7 @@ void add_new_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--estimator", options->estimator, "multiplexed, point or fluctuation")->capture_default_str();
   verb->add_option("-o,--out", options->file, "file to write, which must not be there (default: standard output)")
       ->check(output_file());
-  verb->callback(
-      [options, &context] { context.action = [options, &context] { return write_new(*options, context); }; });
+  context.actions[verb] = [options, &context] { return write_new(*options, context); };
 }
 
 }  // namespace granuscope

@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <initializer_list>
-#include <string_view>
 
 #include "ensemble/ensemble_runner.h"
 #include "plot/plot_texts.h"

@@ -1,36 +1,19 @@
-#include <fmt/core.h>
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <array>
-#include <filesystem>
-#include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "cli/flag_checks.h"
 #include "cli/page_options.h"
-#include "cli/verbs.h"
-#include "ensemble/ensemble_runner.h"
 #include "experiment/experiment.h"
 #include "plot/gnuplot.h"
 #include "plot/response_field.h"
 #include "render/font.h"
-#include "render/layout.h"
 #include "render/render_pile.h"
 #include "render/scene.h"
 #include "report/clean_json.h"
 #include "report/run_files.h"
 #include "storage/pile_file.h"
-#include "support/error.h"
-#include "support/files.h"
-#include "support/plain_text.h"
-#include "support/progress.h"
 #include "support/provenance.h"
 #include "support/templates.h"
 
@@ -139,8 +122,7 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
                  "run figures/ID.gp as it stands, which can do all that you can; without it the script is filled again "
                  "from figures/ID.json");
   add_output(*verb, "-o,--out", options->file, "file to write (default: ID and the format, here)");
-  verb->callback(
-      [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });
+  context.actions[verb] = [options, &context] { return plot_figure_again(*options, context); };
 }
 
 namespace {
@@ -318,7 +300,7 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag("--no-skip", options->no_skip, "paint also what cannot be seen; the picture is the same");
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
-  verb->callback([options, verb, &context] {
+  verb->callback([options, verb] {
     if (!options->frames.folder.empty()) {
       for (const char* flag : {"--image", "--statistics", "--backend"}) {
         if (verb->count(flag) == 0) continue;
@@ -329,8 +311,8 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
       if (verb->count("--width") == 0) options->scene.width_px = film_width_px;
       if (verb->count("--dpi") == 0) options->scene.dpi = film_dpi;
     }
-    context.action = [options, &context] { return render(*options, context); };
   });
+  context.actions[verb] = [options, &context] { return render(*options, context); };
 }
 
 }  // namespace granuscope

@@ -1,15 +1,6 @@
-#include <fmt/core.h>
-#include <CLI/CLI.hpp>
-
-#include <array>
-#include <filesystem>
-#include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "cli/flag_checks.h"
-#include "cli/verbs.h"
 #include "history/comparison.h"
 #include "model/audit.h"
 #include "pipeline/run_folder.h"
@@ -20,8 +11,6 @@
 #include "report/number_text.h"
 #include "report/run_files.h"
 #include "storage/pile_file.h"
-#include "support/files.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -58,9 +47,7 @@ void add_audit_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("FILE", *file, "pile file (HDF5), as granuscope sample --out writes it")->required();
   const auto json = std::make_shared<bool>(false);
   verb->add_flag("--json", *json, "print one JSON object on standard output and nothing else there");
-  verb->callback([file, json, &context] {
-    context.action = [file, json, &context] { return audit_file(*file, *json, context); };
-  });
+  context.actions[verb] = [file, json, &context] { return audit_file(*file, *json, context); };
 }
 
 void add_merge_verb(CLI::App& app, VerbContext& context) {
@@ -72,17 +59,15 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<Options>();
   verb->add_option("DIR", options->folders, "folders in which shards have worked, in any order")->required();
   verb->add_option("-o,--out", options->out, "folder of the whole ensembles (default: the first DIR)");
-  verb->callback([options, &context] {
-    context.action = [options, &context] {
-      const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
-      require_no_history(out);
-      merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
-      context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n",
-                                 single_line(out.string()), shell_word((out / "experiment.toml").string()),
-                                 shell_word(out.string()));
-      return ExitCode::done;
-    };
-  });
+  context.actions[verb] = [options, &context] {
+    const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
+    require_no_history(out);
+    merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
+    context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n",
+                               single_line(out.string()), shell_word((out / "experiment.toml").string()),
+                               shell_word(out.string()));
+    return ExitCode::done;
+  };
 }
 
 void add_numbers_verb(CLI::App& app, VerbContext& context) {
@@ -106,30 +91,27 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
       ->take_all();
   const auto target = std::make_shared<OutputFile>();
   add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
-  verb->callback([folder, format, choice, target, &context] {
-    context.action = [folder, format, choice, target, &context] {
-      constexpr std::array<SuffixOfFormat, 3> known = {{{".tex", "tex"}, {".csv", "csv"}, {".json", "json"}}};
-      if (target->asked()) *format = format_by_name(target->path, *format, known, true);
-      if (format->empty()) *format = "tex";
-      if (std::filesystem::path(*folder).filename() == "summary.json" && file_exists(*folder))
-        *folder = (std::filesystem::path(*folder).parent_path() / ".").string();  // as compare takes it
-      require_results_of_last_run(*folder, "report");
-      const auto file = std::filesystem::path(*folder) / "summary.json";
-      if (!file_exists(file)) {
-        throw InputError(file.string() +
-                         ": there is no such file, and so no numbers; name the folder of a finished run");
-      }
-      require_unchanged(*folder, "summary.json");
-      const std::string list = list_numbers(read_file(file), *format, *choice);
-      if (!target->asked()) {
-        context.out << list;
-      } else {
-        target->write(list, {*folder});
-        context.wrote(target->path);
-      }
-      return ExitCode::done;
-    };
-  });
+  context.actions[verb] = [folder, format, choice, target, &context] {
+    constexpr std::array<SuffixOfFormat, 3> known = {{{".tex", "tex"}, {".csv", "csv"}, {".json", "json"}}};
+    if (target->asked()) *format = format_by_name(target->path, *format, known, true);
+    if (format->empty()) *format = "tex";
+    if (std::filesystem::path(*folder).filename() == "summary.json" && file_exists(*folder))
+      *folder = (std::filesystem::path(*folder).parent_path() / ".").string();  // as compare takes it
+    require_results_of_last_run(*folder, "report");
+    const auto file = std::filesystem::path(*folder) / "summary.json";
+    if (!file_exists(file)) {
+      throw InputError(file.string() + ": there is no such file, and so no numbers; name the folder of a finished run");
+    }
+    require_unchanged(*folder, "summary.json");
+    const std::string list = list_numbers(read_file(file), *format, *choice);
+    if (!target->asked()) {
+      context.out << list;
+    } else {
+      target->write(list, {*folder});
+      context.wrote(target->path);
+    }
+    return ExitCode::done;
+  };
 }
 
 namespace {
@@ -176,7 +158,7 @@ void add_pack_verb(CLI::App& app, VerbContext& context) {
                  "with all that was drawn, so that whoever unpacks it can go on from there");
   verb->add_option("--with-sources", options->sources,
                    "a clone of the program's repository: with the sources of the commit that made the run");
-  verb->callback([options, &context] { context.action = [options, &context] { return pack(*options, context); }; });
+  context.actions[verb] = [options, &context] { return pack(*options, context); };
 }
 
 void add_article_verb(CLI::App& app, VerbContext& context) {
@@ -191,15 +173,13 @@ void add_article_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("-o,--out", options->target, "new folder for the article")->required();
   verb->add_option("--citation", options->citation,
                    "CITATION.cff whose authors the article is to name (default: the one in this folder)");
-  verb->callback([options, &context] {
-    context.action = [options, &context] {
-      const std::optional<Citation> citation = citation_in(options->citation);
-      write_article(options->folder, options->target, citation);
-      context.wrote(options->target,
-                    fmt::format(", where pdflatex article.tex sets the article{}", citation ? "" : no_citation));
-      return ExitCode::done;
-    };
-  });
+  context.actions[verb] = [options, &context] {
+    const std::optional<Citation> citation = citation_in(options->citation);
+    write_article(options->folder, options->target, citation);
+    context.wrote(options->target,
+                  fmt::format(", where pdflatex article.tex sets the article{}", citation ? "" : no_citation));
+    return ExitCode::done;
+  };
 }
 
 namespace {
@@ -234,7 +214,7 @@ void add_compare_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag("--gate", options->gate,
                  "end with status 1 if the same experiment has other numbers beyond rounding, if a number moved "
                  "between samples, or if the experiments cannot be compared");
-  verb->callback([options, &context] { context.action = [options, &context] { return compare(*options, context); }; });
+  context.actions[verb] = [options, &context] { return compare(*options, context); };
 }
 
 }  // namespace granuscope

@@ -1,17 +1,9 @@
-#include <fmt/core.h>
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <iostream>
-#include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "cli/flag_checks.h"
-#include "cli/verbs.h"
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
@@ -19,9 +11,6 @@
 #include "pipeline/shards.h"
 #include "report/report.h"
 #include "sampling/sampler_spec.h"
-#include "support/error.h"
-#include "support/files.h"
-#include "support/plain_text.h"
 #include "support/progress.h"
 #include "support/provenance.h"
 #include "support/templates.h"
@@ -212,7 +201,7 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
                    "folder whose files stand in for those of the same name in templates/: wording, language, colours");
   verb->add_flag("--require-pdf", options->require_pdf, "fail (status 3) if report.pdf cannot be written");
   verb->add_flag("--gate", options->gate, "end with status 1 if a claim's verdict is not the one in [gate.expect]");
-  verb->callback([options, &context] { context.action = [options, &context] { return run(*options, context); }; });
+  context.actions[verb] = [options, &context] { return run(*options, context); };
 }
 
 }  // namespace granuscope

@@ -1,30 +1,21 @@
-#include <fmt/core.h>
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <set>
-#include <span>
-#include <string>
 
 #include "analysis/force_bands.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
 #include "cli/flag_checks.h"
 #include "cli/page_options.h"
-#include "cli/verbs.h"
 #include "ensemble/ensemble_runner.h"
 #include "model/lattice.h"
 #include "report/clean_json.h"
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
-#include "support/plain_text.h"
 #include "support/progress.h"
 #include "support/provenance.h"
 
@@ -394,7 +385,7 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->needs("--distributions");
   add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
   add_key(*verb, make_key("sample", "sample", "", "which pile --out stores", options->sample));
-  verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
+  context.actions[verb] = [options, &context] { return sample(*options, context); };
 }
 
 }  // namespace granuscope

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <map>
 #include <ostream>
 #include <string>
 
@@ -13,11 +14,11 @@ namespace granuscope {
 
 class Crew;
 
-/// What a verb is given, and what it leaves to be done once the whole command line has been understood.
+/// What a verb is given, and what it does once the whole command line has been understood.
 struct VerbContext {
-  std::ostream& out;  ///< results
-  std::ostream& err;  ///< messages
-  std::function<ExitCode()> action;
+  std::ostream& out;                                             ///< results
+  std::ostream& err;                                             ///< messages
+  std::map<const CLI::App*, std::function<ExitCode()>> actions;  ///< of each verb
   Crew* crew = nullptr;  ///< other processes that draw with this one (granuscope-mpi)
 
   /// Says that a file is there, on one line that moves no cursor whatever its name holds; `how`: what follows.
@@ -27,7 +28,7 @@ struct VerbContext {
 /// The listed verb of that name. Throws InputError, with what was probably meant, if there is none.
 const CLI::App& verb_named(const CLI::App& app, const std::string& name);
 
-/// Each adds one verb with its flags to the command line; if the user chose it, it sets context.action.
+/// Each adds one verb with its flags to the command line, and what it does to context.actions.
 void add_run_verb(CLI::App& app, VerbContext& context);
 void add_new_verb(CLI::App& app, VerbContext& context);
 void add_merge_verb(CLI::App& app, VerbContext& context);

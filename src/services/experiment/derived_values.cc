@@ -6,7 +6,6 @@
 #include <numeric>
 #include <vector>
 
-#include "analysis/double_gaussian.h"
 #include "ensemble/estimator.h"
 
 namespace granuscope {

@@ -4,12 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <utility>
-#include <vector>
 
 #include "analysis/claims.h"
 #include "analysis/double_gaussian.h"
@@ -18,7 +15,6 @@
 #include "render/layout.h"
 #include "render/palette.h"
 #include "render/scene.h"
-#include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 #include "support/templates.h"

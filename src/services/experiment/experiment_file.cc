@@ -34,13 +34,10 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 #include "experiment/derived_values.h"
-#include "experiment/experiment.h"
 #include "experiment/experiment_keys.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -417,20 +414,12 @@ class Reader {
   std::string override_;  ///< KEY=VALUE, while that is read
 };
 
-}  // namespace
-
-namespace {
-
 void require_sensible_size(std::uintmax_t bytes, const std::string& file) {
   if (bytes <= most_bytes) return;
   throw InputError(
       fmt::format("{}: {} bytes are too many for an experiment file (the limit is {}); is this the right file?", file,
                   bytes, most_bytes));
 }
-
-}  // namespace
-
-namespace {
 
 /// The parser goes down a level for each part of a key: throws InputError where one has more parts than any.
 void require_shallow_toml(std::string_view text, const std::string& file) {

@@ -8,11 +8,9 @@
 #include <map>
 #include <set>
 #include <sstream>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "experiment/experiment_file.h"
 #include "render/layout.h"

@@ -124,6 +124,7 @@ std::map<std::string, std::string> environment_of(const Json& manifest) {
 }
 
 namespace {
+
 /// Tables of what is shown and told, and what is expected.
 constexpr std::array untold_tables = {"experiment", "figures.", "scenes.", "report", "gate."};
 /// What numbers the samples, and how many there are.
@@ -194,6 +195,7 @@ std::string in_words(const std::vector<ChangedKey>& changed) {
 }
 
 namespace {
+
 constexpr std::array build_keys = {"program", "git_commit", "git_dirty", "compiler"};
 
 /// Path and hash of the files that a run lists.
@@ -421,6 +423,7 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
 }
 
 namespace {
+
 std::map<std::string, std::string> verdicts_of(const Json& summary) {
   std::map<std::string, std::string> verdicts;
   for (const Json& claim : summary.value("claims", Json::array())) {
@@ -538,6 +541,7 @@ std::string json_text(const Comparison& comparison) {
 }
 
 namespace {
+
 constexpr double tiny = 1e-12;       ///< of numbers that are exact without friction, as in claims.cc
 constexpr double tiny_width = 1e-5;  ///< the root of what rounding leaves of W^2
 

@@ -51,43 +51,31 @@ NightBook::NightBook(const std::filesystem::path& folder, DatabaseUse use)
 
 void NightBook::keep_state(const std::map<std::string, std::string>& state) const {
   Statement put(database_, "INSERT INTO state VALUES(?, ?) ON CONFLICT(name) DO UPDATE SET value = excluded.value");
-  for (const auto& [name, value] : state) put.bind(1, name).bind(2, value).run();
+  for (const auto& [name, value] : state) put.run(name, value);
 }
 
 std::int64_t NightBook::add(const Night& night, const std::map<std::string, std::string>& state) {
   std::int64_t number = 0;
   database_.transaction([&] {
     Statement(database_, "INSERT INTO nights(date, report, status, samples, experiment) VALUES(?, ?, ?, ?, ?)")
-        .bind(1, night.date)
-        .bind(2, night.report)
-        .bind(3, night.status)
-        .bind(4, static_cast<std::int64_t>(night.samples))
-        .bind(5, night.experiment)
-        .run();
+        .run(night.date, night.report, night.status, static_cast<std::int64_t>(night.samples), night.experiment);
     number = database_.last_row();
     Statement environment(database_, "INSERT INTO environment VALUES(?, ?, ?)");
-    for (const auto& [name, value] : night.environment) environment.bind(1, number).bind(2, name).bind(3, value).run();
+    for (const auto& [name, value] : night.environment) environment.run(number, name, value);
     Statement seconds(database_, "INSERT INTO seconds VALUES(?, ?, ?)");
-    for (const auto& [stage, time] : night.seconds) seconds.bind(1, number).bind(2, stage).bind(3, time).run();
+    for (const auto& [stage, time] : night.seconds) seconds.run(number, stage, time);
+    std::int64_t position = 0;
     Statement numbers(database_, "INSERT INTO numbers VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    for (std::size_t i = 0; i < night.numbers.size(); ++i) {
-      const NightNumber& one = night.numbers[i];
-      numbers.bind(1, number).bind(2, one.name).bind(3, static_cast<std::int64_t>(i)).bind(4, one.pool.value);
-      numbers.bind(5, one.pool.standard_error).bind(6, one.piece).bind(7, one.piece_error).bind(8, one.z);
-      numbers.bind(9, std::int64_t{one.moved}).run();
+    for (const NightNumber& one : night.numbers) {
+      numbers.run(number, one.name, position++, one.pool.value, one.pool.standard_error, one.piece, one.piece_error,
+                  one.z, std::int64_t{one.moved});
     }
     Statement verdicts(database_, "INSERT INTO verdicts VALUES(?, ?, ?, ?, ?)");
-    for (std::size_t i = 0; i < night.verdicts.size(); ++i) {
-      const NightVerdict& one = night.verdicts[i];
-      verdicts.bind(1, number).bind(2, one.claim).bind(3, static_cast<std::int64_t>(i)).bind(4, one.verdict);
-      verdicts.bind(5, one.z).run();
-    }
+    position = 0;
+    for (const NightVerdict& one : night.verdicts) verdicts.run(number, one.claim, position++, one.verdict, one.z);
     Statement alarms(database_, "INSERT INTO alarms VALUES(?, ?, ?, ?, ?)");
-    for (std::size_t i = 0; i < night.alarms.size(); ++i) {
-      const Alarm& one = night.alarms[i];
-      alarms.bind(1, number).bind(2, static_cast<std::int64_t>(i)).bind(3, one.kind).bind(4, one.what);
-      alarms.bind(5, one.state).run();
-    }
+    position = 0;
+    for (const Alarm& one : night.alarms) alarms.run(number, position++, one.kind, one.what, one.state);
     keep_state(state);
   });
   return number;
@@ -171,12 +159,12 @@ std::set<std::string> NightBook::last_reports(std::size_t how_many) const {
 
 void NightBook::forget(std::int64_t number) {
   (void)night(number);
-  database_.transaction([&] { Statement(database_, "DELETE FROM nights WHERE night = ?").bind(1, number).run(); });
+  database_.transaction([&] { Statement(database_, "DELETE FROM nights WHERE night = ?").run(number); });
 }
 
 void NightBook::accept(std::int64_t number, const std::map<std::string, std::string>& state) {
   database_.transaction([&] {
-    Statement(database_, "UPDATE alarms SET state = 'accepted' WHERE night = ?").bind(1, number).run();
+    Statement(database_, "UPDATE alarms SET state = 'accepted' WHERE night = ?").run(number);
     keep_state(state);
   });
 }
@@ -226,10 +214,7 @@ bool Statement::step() {
   return false;
 }
 
-void Statement::run() {
-  step();
-  sqlite3_reset(statement_.get());
-}
+void Statement::reset() { sqlite3_reset(statement_.get()); }
 
 std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
 

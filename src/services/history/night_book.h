@@ -27,14 +27,22 @@ class Statement {
 
   /// Whether there is a row (another one).
   bool step();
-  /// For a statement without rows: runs it, and makes it ready for the next binding.
-  void run();
+  /// For a statement without rows: runs it with these parameters, and makes it ready for the next ones.
+  template <class... Values>
+  void run(const Values&... values) {
+    int parameter = 0;
+    (bind(++parameter, values), ...);
+    step();
+    reset();
+  }
 
   std::int64_t integer(int column) const;
   double number(int column) const;  ///< NULL: NaN
   std::string text(int column) const;
 
  private:
+  void reset();
+
   const Database* database_;
   std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement_;
 };

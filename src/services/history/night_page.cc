@@ -78,6 +78,7 @@ void to_json(Json& json, const NightNumber& one) {
 }
 
 namespace {
+
 /// A quantity over the nights; NaN where a night has none.
 struct Trend {
   std::string name, last;
@@ -400,6 +401,7 @@ std::string csv_text(const std::vector<Night>& nights) {
 }
 
 namespace {
+
 constexpr double edge = 3, edge_width = 1;  // standard errors
 
 /// A growing pool decides more and more; only from one decision to the other is a change of what was found.

@@ -18,7 +18,6 @@
 #include <numeric>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -104,6 +103,7 @@ class MpiCrew : public Crew {
 };
 
 namespace {
+
 /// Network folders show new files to other machines after this long at the latest (acdirmax of NFS).
 constexpr std::chrono::seconds folder_delay{70};
 /// A counter beyond the blocks of any experiment: nobody takes another one.
@@ -552,6 +552,7 @@ void Ranks::attend() {
 }  // namespace granuscope
 
 namespace {
+
 using namespace granuscope;
 
 constexpr int interrupted = static_cast<int>(ExitCode::interrupted);

@@ -33,6 +33,7 @@ fs::path BlockFiles::folder() const {
 fs::path BlockFiles::file(int block) const { return folder() / fmt::format("{}.h5", block); }
 
 namespace {
+
 /// The number of the block whose file has this name; nothing of other names.
 std::optional<int> block_named(std::string_view name, std::string_view extension) {
   int block = -1;
@@ -249,6 +250,7 @@ void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& r
 }
 
 namespace {
+
 std::string whole_configuration(const PlannedEnsemble& planned) {
   return configuration_text(planned.spec) + planned.notes + "\n" + block_configuration(planned, 0);
 }

@@ -52,6 +52,10 @@ void set_failure(Figure& figure, const EnvironmentError& failure) {
   figure.print.clear();
 }
 
+std::vector<std::pair<std::string, std::string>> environment_of(const SceneStatistics& statistics) {
+  return {{"OpenGL", statistics.renderer}, {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
+}
+
 /// "x0,x1,first layer,last layer", as the flag --window has it.
 std::string window_text(const std::array<double, 4>& window) {
   return fmt::format("{},{},{},{}", exact(window[0]), exact(window[1]), exact(window[2]), exact(window[3]));
@@ -176,8 +180,7 @@ class PilePictures {
     }
     set_captions(figure, {captions, variables, terms_of(friction_parameter(), spec_.lattice.angle)});
     if (!figure.is_there()) return outcome;
-    outcome.environment = {{"OpenGL", statistics.renderer},
-                           {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
+    outcome.environment = environment_of(statistics);
     outcome.skipped.push_back(fmt::format(
         "The picture {} shows {} elements; {} outside its window and {} too faint to change a pixel were left out.", id,
         statistics.counts.drawn + statistics.counts.aggregated, statistics.counts.outside,
@@ -215,10 +218,7 @@ PictureOutcome render_weights_of_model(const Experiment& experiment, const std::
                                    .wording = {"pictures/model_weights.captions", variables},
                                    .redraw = render_again},
                                   run_folder, statistics);
-  if (outcome.figure.is_there()) {
-    outcome.environment = {{"OpenGL", statistics.renderer},
-                           {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
-  }
+  if (outcome.figure.is_there()) outcome.environment = environment_of(statistics);
   return outcome;
 }
 
@@ -240,18 +240,19 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
       "force leaves its friction cone{}.",
       significant(residuals.max_balance_residual, 2),
       residuals.max_cone_violation > 0 ? " by more than " + significant(residuals.max_cone_violation, 2) : ""));
-  if (chains.weight) {
+  const auto scene_beside = [&](const char* name) {
     SceneSpec scene = chains.scene_beside();
-    scene.scene = "weight";
-    outcomes.push_back(
-        pictures.render("bead-weights", "pictures/weight.captions", scene, pictures.pile(), nullptr, redraw));
+    scene.scene = name;
+    if (scene.scene != "weight") scene.colour_map.clear();
+    return scene;
+  };
+  if (chains.weight) {
+    outcomes.push_back(pictures.render("bead-weights", "pictures/weight.captions", scene_beside("weight"),
+                                       pictures.pile(), nullptr, redraw));
   }
   if (chains.friction) {
-    SceneSpec scene = chains.scene_beside();
-    scene.scene = "friction";
-    scene.colour_map.clear();
-    outcomes.push_back(
-        pictures.render("mobilised-friction", "pictures/friction.captions", scene, pictures.pile(), nullptr, redraw));
+    outcomes.push_back(pictures.render("mobilised-friction", "pictures/friction.captions", scene_beside("friction"),
+                                       pictures.pile(), nullptr, redraw));
   }
   std::optional<std::pair<Pile, Pile>> pair;
   if (needs_pair(experiment)) pair = pictures.pair();
@@ -265,11 +266,8 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
   const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
   if (chains.response && experiment.sampling.model.is_beads()) {
     if (pair) {
-      SceneSpec scene = chains.scene_beside();
-      scene.scene = "response";
-      scene.colour_map.clear();
-      outcomes.push_back(pictures.render("pile-response", "pictures/response.captions", scene, pair->second,
-                                         &pair->first, redraw_pair));
+      outcomes.push_back(pictures.render("pile-response", "pictures/response.captions", scene_beside("response"),
+                                         pair->second, &pair->first, redraw_pair));
     } else {
       outcomes.back().skipped.emplace_back(
           "The response of the picture's pile is left out: it could not be solved again under the other load.");
@@ -323,9 +321,7 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
                          {"estimator", name_of(transport.spec.response.estimator)},
                          {"fitted", transport.c.known() && transport.D.known() ? "yes" : ""}},
                         terms_of(*transport.scan, transport.spec.lattice.angle)});
-  if (figure.is_there())
-    outcome.environment = {{"OpenGL", statistics.renderer},
-                           {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
+  if (figure.is_there()) outcome.environment = environment_of(statistics);
   return outcome;
 }
 

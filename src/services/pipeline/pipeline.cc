@@ -102,16 +102,14 @@ class Run {
       if (needs(Stage::render)) render();
       if (needs(Stage::plot)) plot();
       if (needs(Stage::report)) report();
-    } catch (const Interrupted& stop) {
-      keep_manifest(
-          {"interrupted", static_cast<int>(stop.exit_code()), stop.what(), {}, earlier_timings_, figure_files_});
-      throw;
-    } catch (const Error& error) {
-      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what(), {}, earlier_timings_, figure_files_});
-      throw;
     } catch (const std::exception& error) {
-      keep_manifest(
-          {"failed", static_cast<int>(ExitCode::environment), error.what(), {}, earlier_timings_, figure_files_});
+      const auto* const known = dynamic_cast<const Error*>(&error);
+      const ExitCode code = known == nullptr ? ExitCode::environment : known->exit_code();
+      try {
+        keep_manifest(code == ExitCode::interrupted ? "interrupted" : "failed", code, error.what());
+      } catch (const std::exception&) {
+        log_line(options_.progress, "manifest.json could not be written either");
+      }
       throw;
     }
     // A run that has come to its ensembles knows all of their times, any other leaves them as they were.
@@ -123,9 +121,7 @@ class Run {
     result_.unexpected = unexpected_results(data_.analysis);
     const FinishedRun finished{made_from_, names_of(needed_), result_.unexpected, result_.files.pdf.has_value()};
     if (needs(Stage::report)) remove_earlier_figures();
-    write_manifest(data_, options_.folder,
-                   {whole ? "done" : "failed", static_cast<int>(code), result_.failure, finished, earlier_timings_,
-                    figure_files_});
+    keep_manifest(whole ? "done" : "failed", code, result_.failure, finished);
     return std::move(result_);
   }
 
@@ -187,14 +183,9 @@ class Run {
   /// Until the run has ended, the folder may hold the results of an earlier one beside the new experiment: nobody is to
   /// take them for its own. Written again with each ensemble, so that a kill does not make forgotten what it took.
   void mark_unfinished() {
-    write_manifest(data_, options_.folder,
-                   {"unfinished",
-                    std::nullopt,
-                    "the run is at work or was killed, so that what is here may be of an earlier one; the same command "
-                    "goes on from there",
-                    {},
-                    earlier_timings_,
-                    figure_files_});
+    keep_manifest("unfinished", std::nullopt,
+                  "the run is at work or was killed, so that what is here may be of an earlier one; the same command "
+                  "goes on from there");
   }
 
   /// What an earlier run of another experiment plotted, and this one does not, is no figure of this folder any more.
@@ -472,12 +463,10 @@ class Run {
   }
 
   /// The manifest of a run that did not end well. That it cannot be written either must not hide why.
-  void keep_manifest(const RunOutcome& outcome) {
-    try {
-      write_manifest(data_, options_.folder, outcome);
-    } catch (const std::exception&) {
-      log_line(options_.progress, "manifest.json could not be written either");
-    }
+  void keep_manifest(const std::string& status, std::optional<ExitCode> code, const std::string& error,
+                     const FinishedRun& finished = {}) {
+    const auto number = code ? std::optional(static_cast<int>(*code)) : std::nullopt;
+    write_manifest(data_, options_.folder, {status, number, error, finished, earlier_timings_, figure_files_});
   }
 
   const Experiment& experiment_;

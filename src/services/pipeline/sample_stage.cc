@@ -11,7 +11,6 @@
 #include <limits>
 #include <numeric>
 #include <sstream>
-#include <system_error>
 
 #include "analysis/transport.h"
 #include "ensemble/estimator.h"

@@ -11,7 +11,6 @@
 #include <memory>
 #include <numeric>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include "ensemble/estimator.h"
@@ -283,6 +282,7 @@ void forget_shards(const fs::path& run_folder) {
 }
 
 namespace {
+
 /// One file with blocks of an ensemble: a single one, or all.
 struct Source {
   fs::path file;

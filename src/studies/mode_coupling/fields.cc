@@ -1,18 +1,12 @@
 #include "studies/mode_coupling/fields.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
 #include "sampling/sampler.h"
-#include "support/error.h"
 
 namespace granuscope {
 namespace {

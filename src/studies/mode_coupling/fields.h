@@ -1,14 +1,10 @@
 #pragma once
 #include <complex>
-#include <cstdint>
-#include <memory>
-#include <vector>
 
 #include "analysis/dispersion.h"
 #include "analysis/double_gaussian.h"
 #include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
-#include "sampling/sampler_spec.h"
 #include "studies/spreading.h"
 #include "studies/study.h"
 

@@ -1,14 +1,9 @@
 #include "studies/mode_coupling/fields.h"
 
 #include <gsl/gsl_sf_airy.h>
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <numbers>
-
-#include "analysis/shape_fit.h"
-#include "support/error.h"
 
 namespace granuscope {
 namespace {

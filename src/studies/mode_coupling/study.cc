@@ -1,23 +1,12 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "analysis/claims.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
 #include "studies/mode_coupling/fields.h"
 #include "studies/study.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -331,6 +320,7 @@ Json coupling_page_1(const std::vector<CoupledSpreading>& measured) {
 }
 
 namespace {
+
 class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
  public:
   std::string id() const override { return "mode_coupling"; }
@@ -418,12 +408,6 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     return all;
   }
 
-  void begin(const MainLine& main, int threads) override {
-    threads_ = threads;
-    sampling_ = main.sampling;
-    blocks_ = main.response.blocks;
-  }
-
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
     if (one.part == leaning) leaning_.push_back(measure_loaded(ensemble));
     if (one.part == turned) turned_.push_back(measure_loaded(ensemble));
@@ -471,10 +455,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     return all;
   }
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_predicted_width(measured_, folder); },
-            [this](const std::filesystem::path& folder) { return plot_waves(measured_, folder); },
-            [this](const std::filesystem::path& folder) { return plot_peak_shape(measured_, folder); }};
+    return figures_of(measured_, plot_predicted_width, plot_waves, plot_peak_shape);
   }
 
  private:
@@ -498,7 +479,8 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     return spec;
   }
   FluctuationPiles fluctuation_piles(double mu) const {
-    FluctuationPiles piles{sampling_, std::min(narrow_columns, columns_), layer_, fluctuation_samples_, blocks_};
+    FluctuationPiles piles{main_.sampling, std::min(narrow_columns, columns_), layer_, fluctuation_samples_,
+                           main_.response.blocks};
     piles.sampler.mu = mu;
     return piles;
   }
@@ -514,9 +496,6 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   std::uint64_t loaded_samples_ = 256;
   int layer_ = 1024;
   std::uint64_t fluctuation_samples_ = 64;
-  int threads_ = 0;
-  SamplerSpec sampling_;
-  int blocks_ = 0;
   std::vector<LoadedPiles> leaning_, turned_;  ///< of the friction coefficient at work
   std::vector<CoupledSpreading> measured_;
 };

@@ -1,17 +1,9 @@
 #include "studies/model_classes/results.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "analysis/scaling.h"
-#include "analysis/transport.h"
-#include "model/lattice.h"
 #include "sampling/pile_group.h"
 
 namespace granuscope {

@@ -1,21 +1,11 @@
 #include "studies/model_classes/results.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "analysis/claims.h"
-#include "model/lattice.h"
-#include "plot/axes.h"
 #include "plot/bead_forces.h"
-#include "plot/gnuplot.h"
 #include "plot/growing_panel.h"
 #include "plot/plot.h"
-#include "report/clean_json.h"
-#include "support/error.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -152,6 +142,7 @@ std::vector<Claim> judge_models(const std::vector<ModelSeries>& series) {
 }
 
 namespace {
+
 Estimate exact_or_unknown(double value) {
   return std::isfinite(value) ? Estimate{.value = value, .standard_error = 0, .reason = ""}
                               : Estimate{.reason = "no exact value is known"};
@@ -294,6 +285,7 @@ Json models_page_1(const Json& results) {
 }
 
 namespace {
+
 struct Panels {
   Panel slowing = left_panel(), profiles = right_panel();
   std::vector<std::string> exponents;

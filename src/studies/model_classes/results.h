@@ -1,16 +1,10 @@
 #pragma once
-#include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
-#include "analysis/transport.h"
-#include "plot/figure_captions.h"
 #include "sampling/model_spec.h"
 #include "studies/spreading.h"
 #include "studies/study.h"

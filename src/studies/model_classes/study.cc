@@ -1,17 +1,9 @@
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "analysis/double_gaussian.h"
 #include "ensemble/estimator.h"
-#include "model/lattice.h"
 #include "studies/model_classes/results.h"
 #include "studies/study.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -183,11 +175,7 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     return all;
   }
 
-  void begin(const MainLine& main, int threads) override {
-    wanted_ = wanted_of(main);
-    threads_ = threads;
-  }
-
+  void prepare() override { wanted_ = wanted_of(main_); }
   void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
     const Wanted& wanted = wanted_.at(static_cast<std::size_t>(which.part));
     if (wanted.traction) {
@@ -231,26 +219,27 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.series.empty()) return {};
-    using Folder = const std::filesystem::path&;
-    std::vector<FigurePlot> all = {[this](Folder folder) { return plot_models(measured_.series, id(), folder); }};
+    std::vector<FigurePlot> all = {
+        [this](const fs::path& folder) { return plot_models(measured_.series, id(), folder); }};
     const auto some = [this](const auto& fits) {
       return std::ranges::any_of(
           measured_.series, [&](const ModelSeries& series) { return std::ranges::any_of(series.responses, fits); });
     };
     if (some([](const ModelResponse& one) { return one.theory && one.speed_loss.known(); })) {
-      all.emplace_back([this](Folder folder) { return plot_noise(measured_.series, folder); });
+      all.emplace_back([this](const fs::path& folder) { return plot_noise(measured_.series, folder); });
     }
     const auto appears = [](const TractionDepth& one) { return one.z.known(); };
     if (std::ranges::any_of(measured_.tractions, appears) &&
         some([](const ModelResponse& one) { return one.middle.known() && one.c.known(); })) {
-      all.emplace_back([this](Folder folder) { return plot_middle(measured_.series, measured_.tractions, folder); });
+      all.emplace_back(
+          [this](const fs::path& folder) { return plot_middle(measured_.series, measured_.tractions, folder); });
     }
     if (some([](const ModelResponse& one) { return one.bead_weight > 0; })) {
-      all.emplace_back([this](Folder folder) { return plot_gravity(measured_.series, folder); });
+      all.emplace_back([this](const fs::path& folder) { return plot_gravity(measured_.series, folder); });
     }
     for (const ModelSeries& series : measured_.series) {
       if (series.aside || series.responses.empty()) continue;
-      all.emplace_back([&series](Folder folder) { return render_pile_of(series, folder); });
+      all.emplace_back([&series](const fs::path& folder) { return render_pile_of(series, folder); });
     }
     return all;
   }
@@ -413,7 +402,6 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
   int deep_octaves_ = 0;
   std::uint64_t deep_samples_ = 256;
 
-  int threads_ = 0;
   std::vector<Wanted> wanted_;
   std::vector<MeasuredModel> replicated_;
   std::vector<bool> asides_;  ///< of each of them
