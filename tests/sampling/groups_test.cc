@@ -12,6 +12,7 @@
 
 #include "kit/instruction_sets.h"
 #include "kit/same_bytes.h"
+#include "kit/sanitized.h"
 #include "model/audit.h"
 #include "sampling/pile_group.h"
 #include "sampling/sampler.h"
@@ -90,6 +91,8 @@ TEST_CASE("piles drawn side by side are those drawn one by one, at every frictio
   for_each_instruction_set([] {
     for (const double mu : {0.0, 1e-9, 1e-3, 0.1, 0.3, std::nextafter(inverse_sqrt3, 0.0), inverse_sqrt3,
                             std::nextafter(inverse_sqrt3, 1.0), 0.8, 1.3, 1.7, 1.73}) {
+      // The arrays are those of a width: under the sanitizers each has a small, a middling and a large friction.
+      if (test::sanitized && mu != 1e-9 && mu != 0.3 && mu != 1.7) continue;
       for (const int columns : {4, 5, 63, 64, 65, 130}) {
         CAPTURE(mu, columns);
         SamplerSpec spec;
