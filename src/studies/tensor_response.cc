@@ -20,6 +20,9 @@
 // the three-leg model lead to the next column, k for k/2.)
 namespace granuscope {
 namespace {
+
+/// Beside a vertical one a horizontal one, or in its place, by loads, a torque of one bead radius: at 1, the load's
+/// offset, whose response has the same symmetry.
 enum PointLoad { vertical, horizontal, loads };
 enum StressPart { zz, xz, xx, stresses };
 
@@ -59,6 +62,9 @@ struct ClosureAtDepth {
   StressProfile profile;
 };
 
+/// Which the excess of its loads bears, in bead radii times that excess; 0: they act through the centres.
+double torque_of(const EnsembleSpec& spec) { return spec.sampler.lean_excess ? spec.sampler.load_offset : 0; }
+
 struct TensorResponse {
   DeepMeasurement by = DeepMeasurement::fluctuations;
   EnsembleSpec spec;
@@ -66,16 +72,24 @@ struct TensorResponse {
   Estimate c_thrust;
   std::vector<ClosureAtDepth> depths;
 
+  bool has_couple() const { return by == DeepMeasurement::loads && torque_of(spec) != 0; }
+  const char* second() const { return has_couple() ? "couple" : "horizontal"; }
   bool has(PointLoad load) const { return !shown().profile.under[load][zz].empty(); }
   /// The one that is shown: the second, if there are so many.
   const ClosureAtDepth& shown() const { return depths[depths.size() > 1 ? 1 : 0]; }
 };
 
+std::size_t row_of(const BlockSums& sums, int lag) {
+  return static_cast<std::size_t>(std::ranges::find(sums.layers, lag) - sums.layers.begin());
+}
+
 /// Of all blocks but `left_out`, or of all: the four parts (correlation_parts) of what the modes 1, 2, ... of a layer
-/// have to do with those of the lag 0, as far as they carry weight. Vertical loads are layer 0 themselves.
+/// have to do with those of the lag 0, as far as they carry weight. Loads are layer 0 themselves: what they do to w is
+/// even and to H odd in x, but for their torque, with which it is the other way round. Of that waves of one bead are
+/// most, so that of such loads all modes are given.
 std::vector<double> parts_at(const MeasuredEnsemble& ensemble, int lag, std::size_t left_out) {
   const BlockSums& sums = ensemble.record.sums;
-  const auto row = static_cast<std::size_t>(std::ranges::find(sums.layers, lag) - sums.layers.begin());
+  const std::size_t row = row_of(sums, lag);
   if (holds_propagation(sums)) return propagation_without(propagation_at(sums, row), left_out);
   const LayerSums of_w = sums.layer("correlation", row), of_H = sums.layer("correlation_H", row),
                   of_loads = sums.layer("correlation", 0);
@@ -88,13 +102,16 @@ std::vector<double> parts_at(const MeasuredEnsemble& ensemble, int lag, std::siz
       load[i] += of_loads.block(b)[i];
     }
   }
-  const int modes = fluctuation_plan(ensemble.spec).modes[row];
+  const double offset = torque_of(ensemble.spec);
+  const int modes = offset == 0 ? fluctuation_plan(ensemble.spec).modes[row] : (ensemble.spec.lattice.columns - 1) / 2;
+  const auto by_torque = [&](double odd) { return offset == 0 ? 0 : odd / offset; };
   for (int m = 1; m <= modes; ++m) {
     // Spectra count whole beads; every other layer lies half a bead farther.
     const double half_k = sums.rows.shifted(lag) ? std::numbers::pi * m / static_cast<double>(w.size()) : 0;
     const std::size_t re = 2 * static_cast<std::size_t>(m) - 1, im = re + 1;
     const double cosine = std::cos(half_k) / load[re], sine = std::sin(half_k) / load[re];
-    parts.insert(parts.end(), {cosine * w[re] + sine * w[im], lag == 0 ? 1.0 : 0.0, 0, cosine * H[im] - sine * H[re]});
+    parts.insert(parts.end(), {cosine * w[re] + sine * w[im], lag == 0 ? 1.0 : by_torque(cosine * H[re] + sine * H[im]),
+                               by_torque(cosine * w[im] - sine * w[re]), cosine * H[im] - sine * H[re]});
   }
   return parts;
 }
@@ -105,12 +122,14 @@ std::vector<TensorMode> tensor_without(const MeasuredEnsemble& ensemble, int lag
   const std::vector<double> reference = parts_at(ensemble, 0, left_out), above = parts_at(ensemble, lag, left_out),
                             below = parts_at(ensemble, lag + 1, left_out);
   const BeadGeometry geometry(ensemble.spec.lattice.angle);
-  std::vector<TensorMode> modes{{1, 0, {{{1, 0, ratio}, {0, 1, 0}}}}};
+  const BlockSums& sums = ensemble.record.sums;
+  const bool couple = !holds_propagation(sums) && torque_of(ensemble.spec) != 0;
+  std::vector<TensorMode> modes{{1, 0, {{{1, 0, ratio}, {0, couple ? 0.0 : 1.0, 0}}}}};
   for (std::size_t at = 0; at < std::min({above.size(), below.size(), reference.size()}); at += correlation_parts) {
     const ModePropagator G = mode_propagator(&above[at], &reference[at]),
                          next = mode_propagator(&below[at], &reference[at]);
     const double half_k = std::numbers::pi * static_cast<double>(modes.size()) / ensemble.spec.lattice.columns *
-                          (ensemble.record.sums.rows.staggered ? 1 : 2);
+                          (sums.rows.staggered ? 1 : 2);
     const double cosine = std::cos(half_k), sine = geometry.cotangent * std::sin(half_k);
     modes.push_back(
         {2,
@@ -172,8 +191,9 @@ Replicated power_of(const Tensors& tensors, Value value) {
   return power;
 }
 
-/// Below the first `known` loads, at the beads of a layer, as far as `reach` from the load, in bead diameters.
-StressProfile profile_of(const Tensors& tensors, std::size_t known, const EnsembleSpec& spec, bool shifted,
+/// Below the loads from `first` to before `end`, at the beads of a layer, as far as `reach` from the load, in bead
+/// diameters.
+StressProfile profile_of(const Tensors& tensors, PointLoad first, PointLoad end, const EnsembleSpec& spec, bool shifted,
                          double reach) {
   const int columns = spec.lattice.columns;
   const double pitch = BeadGeometry(spec.lattice.angle).twice_sine;
@@ -189,7 +209,7 @@ StressProfile profile_of(const Tensors& tensors, std::size_t known, const Ensemb
       even.push_back(std::cos(angle) / columns);
       odd.push_back(-std::sin(angle) / columns);
     }
-    for (std::size_t load = 0; load < known; ++load) {
+    for (std::size_t load = first; load < end; ++load) {
       for (std::size_t stress = 0; stress < stresses; ++stress) {
         Replicated one;
         for (const auto& modes : tensors) {
@@ -220,9 +240,6 @@ TensorResponse measure_tensor(const MeasuredEnsemble& ensemble, DeepMeasurement 
   const BeadGeometry geometry(ensemble.spec.lattice.angle);
   const double mu = like_at_30(ensemble.spec).mu, rough_D = std::pow(expected_width(mu, 1), 2) - 1;
   const std::string unknown = "no mode of the response carries weight";
-  const auto row_at = [&](int lag) {
-    return static_cast<std::size_t>(std::ranges::find(sums.layers, lag) - sums.layers.begin());
-  };
   for (const int lag : lags) {
     ClosureAtDepth depth;
     depth.z = sums.rows.spacing * (lag + 0.5);
@@ -231,7 +248,7 @@ TensorResponse measure_tensor(const MeasuredEnsemble& ensemble, DeepMeasurement 
     for (std::size_t left_out = 0; left_out <= blocks; ++left_out) {
       const double of_waves = left_out < blocks ? ratio.without_block[left_out] : ratio.value;
       tensors.push_back(tensor_without(ensemble, lag, left_out, of_waves));
-      closures.push_back(close_equations(tensors.back(), of_waves, geometry));
+      closures.push_back(close_equations(tensors.back(), response.has_couple() ? 0 : of_waves, geometry));
     }
     for (std::size_t i = 0; i < coefficients; ++i) {
       Replicated number{closures.back()[i], {}};
@@ -241,15 +258,16 @@ TensorResponse measure_tensor(const MeasuredEnsemble& ensemble, DeepMeasurement 
     const auto missed = [&](PointLoad load, auto told) {
       const auto rest = [&](const TensorMode& m, std::size_t b) { return m.under[load][xx] - told(m, closures[b]); };
       const auto all = [&](const TensorMode& m, std::size_t) { return m.under[load][xx]; };
-      return estimate(
-          transform([](double a, double b) { return std::sqrt(a / b); }, power_of(tensors, rest),
-                    power_of(tensors, all)),
-          by == DeepMeasurement::loads && load == horizontal ? "its loads are vertical" : "no more than noise");
+      return estimate(transform([](double a, double b) { return std::sqrt(a / b); }, power_of(tensors, rest),
+                                power_of(tensors, all)),
+                      "no more than noise");
     };
     depth.missed =
         missed(vertical, [](const TensorMode& m, const Closure& c) { return c[eta] * m.under[vertical][zz]; });
-    depth.missed_horizontal =
-        missed(horizontal, [](const TensorMode& m, const Closure& c) { return c[eta] * m.under[horizontal][zz]; });
+    depth.missed_horizontal.reason = "its loads are vertical";
+    if (by != DeepMeasurement::loads)
+      depth.missed_horizontal =
+          missed(horizontal, [](const TensorMode& m, const Closure& c) { return c[eta] * m.under[horizontal][zz]; });
     depth.missed_beside = missed(vertical, [](const TensorMode& m, const Closure& c) {
       return c[eta_beside] * m.under[vertical][zz] + c[nu] * m.k * m.under[vertical][xz];
     });
@@ -258,15 +276,17 @@ TensorResponse measure_tensor(const MeasuredEnsemble& ensemble, DeepMeasurement 
     std::vector<BandOfModes> bands;
     if (by == DeepMeasurement::fluctuations) {
       const int before = response.depths.empty() ? 0 : lags[response.depths.size() - 1];
-      bands = measure_dispersion(sums, row_at(before), row_at(lag), {0, longest},
+      bands = measure_dispersion(sums, row_of(sums, before), row_of(sums, lag), {0, longest},
                                  {response.c_thrust.value / geometry.twice_sine, rough_D});
     }
     depth.D = bands.empty() ? Estimate{.reason = by == DeepMeasurement::loads ? "loads do not measure it" : unknown}
                             : bands.front().D;
     depth.D.value *= std::pow(geometry.twice_sine, 2);
     depth.D.standard_error *= std::pow(geometry.twice_sine, 2);
-    depth.profile = profile_of(tensors, by == DeepMeasurement::loads ? 1 : loads, ensemble.spec, sums.rows.shifted(lag),
-                               speed.value * depth.z + 3 * expected_width(mu, depth.z));
+    const bool of_forces = by != DeepMeasurement::loads, couple = response.has_couple();
+    depth.profile =
+        profile_of(tensors, couple ? horizontal : vertical, of_forces || couple ? loads : horizontal, ensemble.spec,
+                   sums.rows.shifted(lag), speed.value * depth.z + 3 * expected_width(mu, depth.z));
     response.depths.push_back(depth);
   }
   return response;
@@ -294,16 +314,18 @@ void to_json(Json& json, const TensorResponse& one) {
           {"layers", one.spec.lattice.layers},
           {"samples", one.samples},
           {"c_thrust_squared", ratio},
-          {"depths", one.depths},
+          {"depths", one.has_couple() ? Json::array() : Json(one.depths)},
           {"stresses", Json::array()}};
-  if (one.by == DeepMeasurement::loads) json["by"] = "loads";
+  if (one.by == DeepMeasurement::loads) json["by"] = one.has_couple() ? "couples" : "loads";
   // Where each load presses most.
   for (const ClosureAtDepth& depth : one.depths) {
-    for (const auto& [symbol, load] : {std::pair("↓", vertical), {"→", horizontal}}) {
+    for (const auto& [symbol, load] : {std::pair("↓", vertical), {one.has_couple() ? "↻" : "→", horizontal}}) {
       if (!one.has(load)) continue;
       const auto& [pressure, shear, across] = depth.profile.under[load];
       const auto at =
           static_cast<std::size_t>(std::ranges::max_element(pressure, {}, &Estimate::value) - pressure.begin());
+      constexpr double surest_noise = 4;  // standard errors, of the most out of hundreds of places
+      if (!(pressure[at].value > surest_noise * pressure[at].standard_error)) continue;
       json["stresses"].push_back({{"z", depth.z},
                                   {"load", symbol},
                                   {"x", depth.profile.x[at]},
@@ -317,7 +339,7 @@ void to_json(Json& json, const TensorResponse& one) {
 /// All stresses of all depths, with their errors.
 CsvTable stress_table(const TensorResponse& one) {
   std::vector<std::string> columns{"z: bead diameters", "x: bead diameters"};
-  for (const auto& [load, name] : {std::pair(vertical, "vertical"), {horizontal, "horizontal"}}) {
+  for (const auto& [load, name] : {std::pair(vertical, "vertical"), {horizontal, one.second()}}) {
     if (!one.has(load)) continue;
     for (const char* const part : {"zz", "xz", "xx"}) {
       columns.push_back(fmt::format("sigma_{}_{}: 1/bead", part, name));
@@ -397,6 +419,10 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
   std::size_t series = 0;
   bool loaded = false;
   for (const TensorResponse& one : measured) {
+    if (one.has_couple()) {
+      plot.add_data("stresses-couples-mu-" + exact(one.spec.sampler.mu), stress_table(one));
+      continue;
+    }
     CsvTable table({"z: bead diameters", "missed: dimensionless", "standard_error: dimensionless",
                     "missed_beside_gradient: dimensionless", "eta_over_c_thrust_squared: dimensionless",
                     "standard_error: dimensionless"});
@@ -460,6 +486,10 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
                  "those of mu that are measured once more by vertical loads: estimator multiplexed, each pile and its "
                  "opposite",
                  loaded_mu_, friction_range_above_zero()),
+        make_key(table(), "couple_mu", "",
+                 "those of mu that are measured once more by vertical loads whose excess acts beside the centres, for "
+                 "the stresses below a torque",
+                 couple_mu_, friction_range_above_zero()),
         first_lag_key(table(), first_lag_),
         make_key(table(), "octaves", "octaves", "doublings of the depth, from first_lag on", octaves_,
                  KeyRange{}.within(0, most_octaves)),
@@ -472,6 +502,9 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
 
   Problem find_problem(const MainLine& main) const override {
     if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
+    if (auto found = find_check_problem(key("couple_mu"), couple_mu_, key("mu"), mu_)) return found;
+    if (!couple_mu_.empty() && main.lattice.angle != usual_angle)
+      return problem(key("couple_mu"), "torques are known at 30 degrees only; leave lattice.angle at that");
     for (const StudyEnsemble& one : ensembles(main)) {
       if (const double least = columns_needed(like_at_30(one.spec), lags().back()); columns_ < least) {
         return problem(key("columns"),
@@ -503,6 +536,14 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
       };
       add(DeepMeasurement::fluctuations, "", "");
       if (std::ranges::find(loaded_mu_, mu) != loaded_mu_.end()) add(DeepMeasurement::loads, " to loads", "-loads");
+      if (std::ranges::find(couple_mu_, mu) == couple_mu_.end()) continue;
+      add(DeepMeasurement::loads, " to couples", "-couples");
+      // Far beside the centre and thus small, since loads of other sizes turn beads, too, and the response is linear
+      // only far below what friction bears, T of each upper contact being mu N: at an eighth of that.
+      EnsembleSpec& couples = all.back().spec;
+      couples.sampler.lean_excess = true;
+      couples.sampler.load_offset = largest_offset;
+      couples.response.epsilon = mu / (4 * sqrt3 * largest_offset);
     }
     return all;
   }
@@ -518,6 +559,7 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
 
  private:
   static constexpr int most_octaves = 8;
+  static constexpr double largest_offset = 2;  ///< of a load, bead radii
 
   std::vector<int> lags() const {
     std::vector<int> all;
@@ -525,7 +567,7 @@ class TensorResponseStudy final : public CopiedStudy<TensorResponseStudy> {
     return all;
   }
 
-  std::vector<double> mu_, loaded_mu_;  ///< each above 0; empty: not measured
+  std::vector<double> mu_, loaded_mu_, couple_mu_;  ///< each above 0; empty: not measured
   int first_lag_ = 16, octaves_ = 3, columns_ = 240;
   std::uint64_t samples_ = 512;           ///< piles per friction coefficient
   std::vector<TensorResponse> measured_;  ///< ascending in mu, by loads behind what they check

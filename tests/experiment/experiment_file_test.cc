@@ -59,6 +59,7 @@ Experiment unusual_experiment() {
   e.response.samples = 1001;
   e.response.blocks = 16;
   e.sampling.load_angle = 5.5;
+  e.sampling.lean_excess = true;
   e.fit.first_layer = 61;
   e.fit.last_layer = 200;
   e.fit.layer_step = 5;

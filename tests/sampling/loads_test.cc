@@ -286,11 +286,37 @@ TEST_CASE("Weight, horizontal force and alternating torque are handed down whole
   }
 }
 
+TEST_CASE(
+    "Where the excess of a load leans alone, the rest of the pile is upright, and torque alternates with it alone") {
+  for (const Law law : {Law::granusolve, Law::polytope, Law::eloy_clement}) {
+    SamplerSpec spec = loaded(0.5, 8, 0.4, law);
+    spec.lean_excess = true;
+    Pile pile{Lattice({6, 6})};
+    const std::vector<double> load{1, 1.25, 1, 1, 0.9, 1};
+    REQUIRE_FALSE(make_sampler(spec, pile.lattice)->draw(3, load, pile));
+    CAPTURE(name_of(law));
+    CHECK(audit(pile).max_balance_residual < 1e-12);
+    CHECK_NOTHROW(assert_identities(pile));
+    for (int layer = 0; layer < 6; ++layer) {
+      const Sums sums = sums_of(pile, layer);
+      CHECK(sums.horizontal == Approx(std::tan(8 * std::acos(-1) / 180) * 0.15).margin(1e-10));
+      CHECK(sums.torque == Approx((layer % 2 == 0 ? -1 : 1) * 0.4 * 0.15).margin(1e-10));
+    }
+    // Torque and slope of one bead, by hand: V_R - V_L = 2 sqrt(3) H - (V_UL - V_UR).
+    const double H = std::tan(8 * std::acos(-1) / 180) * 0.25;
+    CHECK(pile.V_R[1] - pile.V_L[1] == Approx(std::sqrt(3) * H + 2 * 0.4 * 0.25));
+    CHECK(pile.V_R[0] == pile.V_L[0]);
+  }
+}
+
 TEST_CASE("Piles drawn side by side bear a leaning load as those drawn alone, bit by bit") {
-  const SamplerSpec spec = loaded(0.4, 6, -0.07);
+  const bool of_excess = GENERATE(false, true);
+  SamplerSpec spec = loaded(0.4, 6, -0.07);
+  spec.lean_excess = of_excess;
   const Lattice lattice({40, 64});
   const auto together = make_sampler(spec, lattice);
-  const std::vector<double> load(40, 1.0);
+  std::vector<double> load(40, 1.0);
+  for (std::size_t i = 0; of_excess && i < load.size(); i += 3) load[i] += i % 2 == 0 ? 0.2 : -0.3;
   const std::vector<std::uint64_t> samples{0, 1, 2, 3, 4, 5, 6, 7};
   const std::vector<std::span<const double>> loads(samples.size(), load);
   std::vector<std::optional<SamplingFailure>> failures(samples.size());

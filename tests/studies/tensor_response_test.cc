@@ -11,6 +11,7 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
+#include "kit/sampling_statistics.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "model/lattice.h"
@@ -21,6 +22,7 @@
 #include "studies/made_up_ensemble.h"
 #include "studies/study.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 std::unique_ptr<Study> tensor_response_study();  // as src/studies/study.cc declares it
@@ -256,6 +258,83 @@ TEST_CASE("Below three linear legs the stresses are those of the mean rule, with
   }
   CHECK(count > 100);
   CHECK(squares < 2 * static_cast<double>(count));
+}
+
+namespace {
+
+/// sigma_zz, sigma_xz and sigma_xx of contacts.
+std::array<double, 3> stresses_at(const Pile& pile, std::size_t at) {
+  return {pile.V_R[at] + pile.V_L[at], pile.H_R[at] + pile.H_L[at], (pile.H_R[at] - pile.H_L[at]) / sqrt3};
+}
+
+}  // namespace
+
+// Source: piles in which one bead bears a torque, drawn one by one, and nothing but means over them.
+TEST_CASE("The stresses below a torque are those of piles with one bead that is turned", "[unsanitized]") {
+  for (const double mu : {0.1, 0.3, 0.8}) {
+    constexpr int ring = 25, lag = 4, piles = 40'000;
+    const auto study = tensor_response_study();
+    for (const Key& key : study->keys()) {
+      if (key.name == "mu" || key.name == "couple_mu") key.set(std::vector<double>{mu});
+      if (key.name == "first_lag") key.set(std::int64_t{lag});
+      if (key.name == "octaves") key.set(std::int64_t{0});
+      if (key.name == "columns") key.set(std::int64_t{ring});
+      if (key.name == "samples") key.set(std::int64_t{2048});
+    }
+    EnsembleSpec couples;
+    for (const StudyEnsemble& one : study->ensembles(MainLine{})) {
+      couples = one.spec;
+      study->add(one, {one.spec, run_ensemble(one.spec, 2, nullptr)});
+    }
+    const auto rows = stresses_of(*study, "couples-mu-" + exact(mu));
+    REQUIRE(rows.size() >= 9);
+    const Lattice lattice(couples.lattice);
+    const auto sampler = make_sampler(couples.sampler, lattice);
+    couples.sampler.load_offset *= -1;
+    const auto opposite = make_sampler(couples.sampler, lattice);
+    couples.sampler.load_offset *= -1;
+    std::vector<double> load(ring, 1.0);
+    load[static_cast<std::size_t>(lattice.middle())] += couples.response.epsilon;
+    const double torque = couples.response.epsilon * couples.sampler.load_offset;
+    std::vector<std::array<test::RunningMean, 3>> found(ring / 2 + 1);
+    Pile pile(lattice), other(lattice);
+    for (std::uint64_t sample = 0; sample < piles / 2; ++sample) {
+      if (sampler->draw(sample, load, pile) || opposite->draw(sample, load, other)) continue;
+      for (std::size_t k = 0; k < lattice.beads(); ++k) {
+        for (auto force : {&Pile::V_R, &Pile::V_L, &Pile::H_R, &Pile::H_L})
+          (pile.*force)[k] = ((pile.*force)[k] - (other.*force)[k]) / 2;
+      }
+      for (int x = 0; x <= ring / 2; ++x) {
+        const auto right = stresses_at(pile, lattice.index(lag, (lattice.middle() + x) % ring));
+        const auto left = stresses_at(pile, lattice.index(lag, (lattice.middle() - x + ring) % ring));
+        for (std::size_t part = 0; part < 3; ++part)
+          found[static_cast<std::size_t>(x)][part].add((right[part] + (part == 1 ? 1 : -1) * left[part]) / 2 / torque);
+      }
+    }
+    double squares = 0, largest = 0, moment = 0;
+    int count = 0;
+    for (const auto& row : rows) {
+      const auto x = static_cast<int>(std::lround(std::abs(row[1])));
+      moment += row[1] * row[2];
+      for (std::size_t part = 0; part < 3; ++part) {
+        const auto brute = found[static_cast<std::size_t>(x)][part].estimate();
+        const double sign = part != 1 && row[1] < 0 ? -1 : 1, error = std::hypot(row[3 + 2 * part], brute.error);
+        const double away = (row[2 + 2 * part] - sign * brute.value) / error;
+        INFO("mu = " << mu << ", x = " << row[1] << ", stress " << part << ": " << row[2 + 2 * part] << " +- "
+                     << row[3 + 2 * part] << ", one by one " << sign * brute.value << " +- " << brute.error);
+        if (error == 0) continue;
+        CHECK(std::abs(away) < 5);
+        if (row[1] < 0) continue;  // the mirror image
+        squares += away * away, ++count;
+        if (std::abs(brute.value) > largest) largest = std::abs(brute.value);
+      }
+    }
+    CAPTURE(mu, squares, count, largest, moment);
+    CHECK(squares < 2 * count);
+    CHECK(largest > 0.1);
+    // Moments about the bead: the first layer has turned the torque round, each even one has it as it was.
+    CHECK(std::abs(moment) < 0.5);
+  }
 }
 
 TEST_CASE("Waves that one ratio closes are told by that ratio, and nothing is missed") {

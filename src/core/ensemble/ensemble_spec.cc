@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "ensemble/estimator.h"
+#include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "support/plain_text.h"
 
@@ -335,6 +336,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
     const bool counting = counts(key, keys) && !(key.name == "overload" && spec.load != Load::point);
     if (!counting && key.only.elsewhere == Elsewhere::left_out) continue;
     if (is_tilt(key) && std::get<double>(key.get()) == 0) continue;
+    if (key.name == "lean_excess" && !spec.sampler.lean_excess) continue;
     if (key.name == "drawn" && spec.sampler.drawn == DrawnVariable::force) continue;
     if (key.name == "angle" && spec.lattice.angle == usual_angle) continue;
     if (is_of_moved_loads(key) && !moves_loads(spec)) continue;

@@ -55,6 +55,10 @@ using scalar::unsolvable;
 /// the only angle at which loads may lean or act beside the centres.
 inline Incoming top_load(double load, const LoadLine& line) {
   const double half = load / 2, lean = sqrt3 * line.slope - 2 * line.offset;
+  if (line.of_excess) {
+    const double excess = half - 0.5;
+    return {half + lean * excess, half - lean * excess, 2 * line.slope * excess};
+  }
   return {half * (1 + lean), half * (1 - lean), line.slope * load};
 }
 

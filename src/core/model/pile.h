@@ -10,10 +10,11 @@
 #include "model/lattice.h"
 
 namespace granuscope {
-/// The line along which all loads of a pile act.
+/// The line along which the loads of a pile act.
 struct LoadLine {
-  double slope = 0;   ///< horizontal force over vertical force, to the right > 0
-  double offset = 0;  ///< where it passes the bead's centre, to the right > 0, bead radii: the load's torque
+  double slope = 0;        ///< horizontal force over vertical force, to the right > 0
+  double offset = 0;       ///< where it passes the bead's centre, to the right > 0, bead radii: the load's torque
+  bool of_excess = false;  ///< so acts only what a load has beyond 1, less than 0 maybe; 1 is upright and central
   bool operator==(const LoadLine&) const = default;
 };
 

@@ -349,9 +349,16 @@ HWY_INLINE unsigned draw_first(const ConeOf<V>& cone, const GroupFront& front, c
   if (top != nullptr) {
     const V half = hn::Load(d, top->half + to);
     const double lean = sqrt3 * top->line.slope - 2 * top->line.offset;
-    in.V_UL = half * hn::Set(d, 1 + lean);
-    in.V_UR = half * hn::Set(d, 1 - lean);
-    in.H = half * hn::Set(d, 2 * top->line.slope);
+    if (top->line.of_excess) {
+      const V excess = half - hn::Set(d, 0.5), leaning = hn::Set(d, lean) * excess;
+      in.V_UL = half + leaning;
+      in.V_UR = half - leaning;
+      in.H = excess * hn::Set(d, 2 * top->line.slope);
+    } else {
+      in.V_UL = half * hn::Set(d, 1 + lean);
+      in.V_UR = half * hn::Set(d, 1 - lean);
+      in.H = half * hn::Set(d, 2 * top->line.slope);
+    }
   } else {
     const std::size_t a = (A * group_lanes) + k, b = (B * group_lanes) + k;
     in.V_UL = hn::Load(d, front.above.V_R + a);

@@ -463,6 +463,7 @@ class KnownPlans {
                                static_cast<double>(lattice.layers()),
                                spec.load_angle,
                                spec.load_offset,
+                               spec.lean_excess ? 1.0 : 0.0,
                                spec.bead_weight};
     key.insert(key.end(), load.begin(), load.end());
     return key;
@@ -589,8 +590,7 @@ std::array<double, flat_tests.size()> measure_flatness(const PileGroup& pile, in
     if (at.layers_below == 3) right(at.llr, 0, 1), left(at.lrr, 0, 1);
     if (low < high) {  // no corner
       const double x = -(low + high) / (high - low);
-      position += x / columns;
-      squared += (1.5 * x * x - 0.5) / columns;
+      position += x / columns, squared += (1.5 * x * x - 0.5) / columns;
     }
     const double w = pile.weight(at.o), beside = w - mean_weight(pile.bead_weight, layer);
     variance += beside * beside / columns;

@@ -55,7 +55,10 @@ Problem find_load_problem(const SamplerSpec& spec) {
                    name_of(spec.model.name));
   }
   // Without an offset the load is borne at any friction, and rounding has no say in that; mu is checked elsewhere.
-  if (spec.load_offset == 0 || !(spec.mu >= 0 && spec.mu < sqrt3)) return {};
+  if (spec.lean_excess && spec.load_angle == 0 && spec.load_offset == 0) {
+    return problem("lean_excess", "nothing leans; give load_angle or load_offset, too");
+  }
+  if (spec.load_offset == 0 || spec.lean_excess || !(spec.mu >= 0 && spec.mu < sqrt3)) return {};
   const FrictionCone cone(spec.mu);
   const LoadLine line = load_line(spec);
   if (bears(cone, line)) return {};
@@ -102,6 +105,10 @@ std::vector<Key> keys_of(SamplerSpec& spec) {
                "how far to the right of their centres the loads act on the top beads: a torque, handed down with "
                "alternating sign",
                spec.load_offset, KeyRange{}.within(-2, 2)),
+      make_key(table, "lean_excess", "",
+               "load_angle and load_offset are of what each load has beyond 1 alone: responses below upright piles to "
+               "a load that leans, or to a torque; how far friction bears that is not checked",
+               spec.lean_excess),
       make_key(table, "bead_weight", "loads of one top bead",
                "of every bead by itself: gravity, so that the mean weight grows with depth; responses are those to a "
                "load at the top, as without it",
@@ -165,7 +172,7 @@ Problem find_problem(const SamplerSpec& spec) {
 }
 
 LoadLine load_line(const SamplerSpec& spec) {
-  return {std::tan(spec.load_angle * std::numbers::pi / 180), spec.load_offset};
+  return {std::tan(spec.load_angle * std::numbers::pi / 180), spec.load_offset, spec.lean_excess};
 }
 
 bool drawn_side_by_side(const SamplerSpec& spec) {

@@ -55,10 +55,11 @@ struct SamplerSpec {
   Law law = Law::granusolve;
   double mu = 0.1;  ///< friction coefficient, 0 <= mu < sqrt(3)
   std::uint64_t seed = 1;
-  double load_angle = 0;   ///< of the load on every top bead from the vertical, degrees: to the right > 0
-  double load_offset = 0;  ///< how far to the right of their centres the loads act on the top beads, bead radii
-  double bead_weight = 0;  ///< of every bead by itself, loads of one top bead: gravity
-  double effort = 200;     ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
+  double load_angle = 0;     ///< of the load on every top bead from the vertical, degrees: to the right > 0
+  double load_offset = 0;    ///< how far to the right of their centres the loads act on the top beads, bead radii
+  bool lean_excess = false;  ///< both of what a load has beyond 1 alone (LoadLine)
+  double bead_weight = 0;    ///< of every bead by itself, loads of one top bead: gravity
+  double effort = 200;       ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
   DrawnVariable drawn = DrawnVariable::force;  ///< granusolve

@@ -86,7 +86,8 @@ PileDescription describe_pile(const std::filesystem::path& file) {
   for (const ForceArray& array : force_arrays) found.forces.push_back(reader.raw_data(array.path, {layers, columns}));
   found.load = reader.raw_data("/load", {columns});
   if (reader.has_attribute("/load", "slope")) {
-    found.load_line = {reader.number("/load", "slope"), reader.number("/load", "offset")};
+    found.load_line = {reader.number("/load", "slope"), reader.number("/load", "offset"),
+                       reader.has_attribute("/load", "excess_alone")};
   }
   if (reader.has_attribute("/", "contact_angle")) {
     found.lattice.angle = reader.number("/", "contact_angle");
@@ -229,6 +230,7 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   if (pile.load_line != LoadLine{}) {
     writer.attribute("/load", "slope", pile.load_line.slope);
     writer.attribute("/load", "offset", pile.load_line.offset);
+    if (pile.load_line.of_excess) writer.attribute("/load", "excess_alone", "what is beyond 1");
   }
   if (pile.bead_weight != 0) writer.attribute("/", "bead_weight", pile.bead_weight);
   std::vector<int> all_layers(layers);

@@ -289,8 +289,9 @@ std::string unusual_beads(const Analysis& analysis) {
   const SamplerSpec& sampler = spec.sampler;
   std::string words;
   if (spec.lattice.angle != usual_angle) words += fmt::format(" · contacts at {}°", spec.lattice.angle);
-  if (sampler.load_angle != 0) words += fmt::format(" · loads {}° from the vertical", sampler.load_angle);
-  if (sampler.load_offset != 0) words += fmt::format(" · loads {} radii beside the centres", sampler.load_offset);
+  const char* const loads = sampler.lean_excess ? "overloads" : "loads";
+  if (sampler.load_angle != 0) words += fmt::format(" · {} {}° from the vertical", loads, sampler.load_angle);
+  if (sampler.load_offset != 0) words += fmt::format(" · {} {} radii beside the centres", loads, sampler.load_offset);
   if (sampler.bead_weight != 0) words += fmt::format(" · bead weight {}", sampler.bead_weight);
   return words;
 }
