@@ -117,7 +117,7 @@ class ByteWriter {
   template <class Value>
   void put(const Value& value) {
     if constexpr (requires { Value::fields(value); }) {
-      std::apply([this](const auto&... field) { (put(field), ...); }, Value::fields(value));
+      std::apply([this](const auto&... field) { (this->put(field), ...); }, Value::fields(value));
     } else if constexpr (requires { value.size(); }) {
       put(std::uint64_t{value.size()});
       if constexpr (PlainValues<Value>) {
@@ -147,7 +147,7 @@ class ByteReader {
   template <class Value>
   void get(Value& value) {
     if constexpr (requires { Value::fields(value); }) {
-      std::apply([this](auto&... field) { (get(field), ...); }, Value::fields(value));
+      std::apply([this](auto&... field) { (this->get(field), ...); }, Value::fields(value));
     } else if constexpr (requires { typename Value::mapped_type; }) {
       for (std::uint64_t left = get<std::uint64_t>(); left > 0; --left) {
         const auto key = get<typename Value::key_type>();
