@@ -135,6 +135,11 @@ TEST_CASE("An unknown number is listed as such, with its reason for TeX, which w
   const Json unknown = {{"value", nullptr}, {"stderr", nullptr}, {"reason", "too few\npiles"}};
   const Json summary = {
       {"results", {{{"mu", 0.1}, {"c", unknown}}, {{"mu", 0.3}, {"c", {{"value", 0.56}, {"stderr", 0.01}}}}}}};
+  const Json again = {
+      {"results", {{{"mu", 0.3}, {"c", {{"value", 0.5}, {"stderr", 0.1}}}}, {{"mu", 0.3}, {"c", unknown}}}}};
+  const Json both = Json::parse(list_numbers(again.dump(), "json", {.all = true, .only = {"c"}}));
+  CHECK(both["mu-0.3/c"]["value"] == 0.5);  // not replaced by an unknown one of the same name
+  CHECK(both["mu-0.3/c/2"]["value"].is_null());
   const NumberChoice c = {.only = {"c"}};
   const Json numbers = Json::parse(list_numbers(summary.dump(), "json", c));
   CHECK(numbers.size() == 2);

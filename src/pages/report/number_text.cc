@@ -98,7 +98,8 @@ class NumberList {
   void add(const std::string& name, const Json& json) {
     if (json.is_object() && json.contains("value") && json.contains("stderr")) {
       if (json["value"].is_number()) return take(name, json["value"], json["stderr"], is_no_power(json));
-      numbers_.push_back({name, nullptr, nullptr, unknown, false, json.value("reason", "nothing was measured")});
+      numbers_.push_back(
+          {unique(name), nullptr, nullptr, unknown, false, json.value("reason", "nothing was measured")});
     } else if (json.is_object()) {
       for (const auto& [key, inside] : json.items()) {
         if (key == "measured" && json.contains("stderr") && inside.is_number()) {
@@ -138,14 +139,18 @@ class NumberList {
     return std::to_string(index + 1);
   }
 
+  std::string unique(const std::string& name) {
+    std::string other = name;
+    for (int copy = 2; !names_.insert(other).second; ++copy) other = fmt::format("{}/{}", name, copy);
+    return other;
+  }
+
   void take(const std::string& name, const Json& value, const Json& standard_error, bool no_power = false) {
-    std::string unique = name;
-    for (int copy = 2; !names_.insert(unique).second; ++copy) unique = fmt::format("{}/{}", name, copy);
     const bool with_error = standard_error.is_number() && !no_power;
     constexpr double rounding = 1e-12;  // of what does not scatter
     const bool is_rounding =
         with_error && std::max(std::abs(value.get<double>()), standard_error.get<double>()) < rounding;
-    numbers_.push_back({unique,
+    numbers_.push_back({unique(name),
                         value,
                         with_error ? standard_error : Json(nullptr),
                         is_rounding  ? "0"
