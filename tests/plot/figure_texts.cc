@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <regex>
 #include <sstream>
 #include <utility>
@@ -24,56 +23,36 @@ namespace {
 
 using test::contains;
 
-struct Point {
-  double x = 0, y = 0;
-};
-
-/// A text and the rectangle that it fills, which may be turned.
-struct TextBox {
-  std::string text;
-  Point middle;
-  double half_width = 0, half_height = 0;
-  Point along{1, 0};  ///< unit vector in which it is read
-
-  /// Of a place: how far it is from the middle along the text and across.
-  Point seen(const Point& place) const {
-    const double x = place.x - middle.x, y = place.y - middle.y;
-    return {x * along.x + y * along.y, y * along.x - x * along.y};
-  }
-  std::array<Point, 4> corners() const {
-    std::array<Point, 4> all;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const double u = (i % 2 == 0 ? -1 : 1) * half_width, v = (i < 2 ? -1 : 1) * half_height;
-      all[i] = {middle.x + u * along.x - v * along.y, middle.y + u * along.y + v * along.x};
-    }
-    return all;
-  }
-};
+/// Of a place: how far it is from the middle of the text along it and across.
+Corner seen_from(const SvgText& text, const Corner& place) {
+  const double x = place.x - text.middle.x, y = place.y - text.middle.y;
+  return {x * text.along.x + y * text.along.y, y * text.along.x - x * text.along.y};
+}
 
 /// By how much the boxes overlap in the axes of `one`, at least; below 0 if a line along one of them parts the two.
-double overlap_in_axes_of(const TextBox& one, const TextBox& other) {
+double overlap_in_axes_of(const SvgText& one, const SvgText& other) {
   Range u, v;
-  for (const Point& corner : other.corners()) {
-    const Point seen = one.seen(corner);
+  for (const Corner& corner : other.corners()) {
+    const Corner seen = seen_from(one, corner);
     u.add(seen.x);
     v.add(seen.y);
   }
   return std::min({one.half_width - u.low, u.high + one.half_width, one.half_height - v.low, v.high + one.half_height});
 }
 
-double overlap(const TextBox& one, const TextBox& other) {
+double overlap(const SvgText& one, const SvgText& other) {
   return std::min(overlap_in_axes_of(one, other), overlap_in_axes_of(other, one));
 }
 
 /// The mark of a point: its middle, and how far it reaches from there.
 struct Mark {
-  Point middle;
+  Corner middle;
   double radius = 0;
 };
 
 /// Whether the straight line enters the box by more than `tolerance`.
-bool crosses(const TextBox& box, const Point& from, const Point& to, double tolerance) {
-  const Point a = box.seen(from), b = box.seen(to);
+bool crosses(const SvgText& box, const Corner& from, const Corner& to, double tolerance) {
+  const Corner a = seen_from(box, from), b = seen_from(box, to);
   double enter = 0, leave = 1;
   const auto clip = [&](double start, double end, double reach) {
     const double rate = end - start;
@@ -96,50 +75,6 @@ std::string attribute(const std::string& tag, const std::string& name) {
   return tag.substr(from, tag.find('"', from) - from);
 }
 
-std::string without_tags(const std::string& xml) {
-  std::string text;
-  for (std::size_t i = 0; i < xml.size(); ++i) {
-    if (xml[i] == '<') {
-      i = xml.find('>', i);
-    } else {
-      text += xml[i];
-    }
-  }
-  for (const auto& [name, sign] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}}) {
-    for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name)) {
-      text.replace(at, std::string(name).size(), sign);
-    }
-  }
-  return text;
-}
-
-/// The boxes of all texts of a gnuplot SVG, by the metrics of the font that it names.
-std::vector<TextBox> text_boxes(const std::string& svg) {
-  std::vector<TextBox> boxes;
-  const std::string group = "<g transform=\"translate(";
-  for (std::size_t at = svg.find(group); at != std::string::npos; at = svg.find(group, at + 1)) {
-    const std::string tag = svg.substr(at, svg.find('>', at) - at);
-    const std::size_t begin = svg.find("<text", at), end = svg.find("</text>", at);
-    if (begin == std::string::npos || svg.find("</g>", at) < begin) continue;
-    const double size = std::atof(attribute(tag, "font-size").c_str());
-    const double x = std::atof(tag.c_str() + group.size());
-    const double y = std::atof(tag.c_str() + tag.find(',') + 1);
-    const std::string text = without_tags(svg.substr(begin, end - begin));
-    if (text.find_first_not_of(' ') == std::string::npos) continue;
-    const double width = Font(size).width(text);
-    const std::string anchor = attribute(tag, "text-anchor");
-    const double before = anchor == "end" ? width : anchor == "middle" ? 0.5 * width : 0;
-    const double above = 0.75 * size, below = 0.2 * size;
-    const std::size_t turn = tag.find("rotate(");
-    const double angle = turn == std::string::npos ? 0 : std::atof(tag.c_str() + turn + 7) * std::numbers::pi / 180;
-    TextBox box{text, {}, 0.5 * width, 0.5 * (above + below), {std::cos(angle), std::sin(angle)}};
-    const double u = 0.5 * width - before, v = 0.5 * (below - above);
-    box.middle = {x + u * box.along.x - v * box.along.y, y + u * box.along.y + v * box.along.x};
-    boxes.push_back(box);
-  }
-  return boxes;
-}
-
 /// The marks of all points of a gnuplot SVG.
 std::vector<Mark> marks(const std::string& svg) {
   std::vector<Mark> found;
@@ -158,20 +93,20 @@ std::vector<Mark> marks(const std::string& svg) {
 constexpr const char* path_data = " d='";
 
 /// The straight pieces of the path that begins at `from`.
-void add_pieces(const std::string& svg, std::size_t from, std::vector<std::pair<Point, Point>>& pieces) {
+void add_pieces(const std::string& svg, std::size_t from, std::vector<std::pair<Corner, Corner>>& pieces) {
   const std::size_t start = from + std::string(path_data).size();
   std::istringstream words(svg.substr(start, svg.find('\'', start) - start));
-  Point before;
+  Corner before;
   for (std::string word; words >> word;) {
-    const Point here{std::atof(word.c_str() + 1), std::atof(word.c_str() + word.find(',') + 1)};
+    const Corner here{std::atof(word.c_str() + 1), std::atof(word.c_str() + word.find(',') + 1)};
     if (word[0] == 'L') pieces.emplace_back(before, here);
     if (word[0] == 'M' || word[0] == 'L') before = here;
   }
 }
 
 /// The straight pieces of all curves and error bars.
-std::vector<std::pair<Point, Point>> pieces_of_curves(const std::string& svg) {
-  std::vector<std::pair<Point, Point>> pieces;
+std::vector<std::pair<Corner, Corner>> pieces_of_curves(const std::string& svg) {
+  std::vector<std::pair<Corner, Corner>> pieces;
   const std::string curve = "<g id=\"gnuplot_plot_";
   for (std::size_t at = svg.find(curve); at != std::string::npos; at = svg.find(curve, at + 1)) {
     const std::size_t end = svg.find("\n\t</g>", at);
@@ -183,13 +118,13 @@ std::vector<std::pair<Point, Point>> pieces_of_curves(const std::string& svg) {
 }
 
 /// The sides of triangles that show a slope: what is dotted black and no curve.
-std::vector<std::pair<Point, Point>> pieces_of_triangles(const std::string& svg) {
+std::vector<std::pair<Corner, Corner>> pieces_of_triangles(const std::string& svg) {
   std::string rest = svg;
   const std::string curve = "<g id=\"gnuplot_plot_";
   for (std::size_t at = rest.find(curve); at != std::string::npos; at = rest.find(curve, at)) {
     rest.erase(at, rest.find("\n\t</g>", at) - at);
   }
-  std::vector<std::pair<Point, Point>> pieces;
+  std::vector<std::pair<Corner, Corner>> pieces;
   const std::string dotted = "stroke='rgb(  0,   0,   0)' stroke-dasharray=";
   for (std::size_t at = rest.find(dotted); at != std::string::npos; at = rest.find(dotted, at + 1)) {
     add_pieces(rest, rest.find(path_data, at), pieces);
@@ -197,8 +132,8 @@ std::vector<std::pair<Point, Point>> pieces_of_triangles(const std::string& svg)
   return pieces;
 }
 
-bool meet(const std::pair<Point, Point>& one, const std::pair<Point, Point>& other) {
-  const auto side = [](const std::pair<Point, Point>& line, const Point& place) {
+bool meet(const std::pair<Corner, Corner>& one, const std::pair<Corner, Corner>& other) {
+  const auto side = [](const std::pair<Corner, Corner>& line, const Corner& place) {
     return (line.second.x - line.first.x) * (place.y - line.first.y) -
            (line.second.y - line.first.y) * (place.x - line.first.x);
   };
@@ -206,7 +141,7 @@ bool meet(const std::pair<Point, Point>& one, const std::pair<Point, Point>& oth
 }
 
 /// How far a place is from a straight piece.
-double away_from(const std::pair<Point, Point>& piece, const Point& place) {
+double away_from(const std::pair<Corner, Corner>& piece, const Corner& place) {
   const auto& [from, to] = piece;
   const double dx = to.x - from.x, dy = to.y - from.y;
   const double along =
@@ -222,25 +157,25 @@ constexpr double tolerance_px = 1.5;
 void check_texts(const std::string& svg) {
   const std::string view = attribute(svg, "viewBox");
   const double width = std::atof(view.c_str() + 4), height = std::atof(view.c_str() + view.rfind(' '));
-  const std::vector<TextBox> boxes = text_boxes(svg);
+  const std::vector<SvgText> boxes = texts_of_svg(svg);
   const std::vector<Mark> all_marks = marks(svg);
-  const std::vector<std::pair<Point, Point>> curves = pieces_of_curves(svg);
+  const std::vector<std::pair<Corner, Corner>> curves = pieces_of_curves(svg);
   CHECK(boxes.size() > 5);
   for (const auto& side : pieces_of_triangles(svg)) {
     INFO("a triangle from " << side.first.x << ", " << side.first.y << " to " << side.second.x << ", "
                             << side.second.y);
     for (const Mark& mark : all_marks) CHECK(away_from(side, mark.middle) > mark.radius);
     for (const auto& piece : curves) CHECK_FALSE(meet(side, piece));
-    for (const TextBox& box : boxes) {
+    for (const SvgText& box : boxes) {
       INFO("it lies on " << box.text);
       CHECK_FALSE(crosses(box, side.first, side.second, tolerance_px));
     }
   }
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const TextBox& box = boxes[i];
+    const SvgText& box = boxes[i];
     INFO(box.text << " in the middle of " << box.middle.x << ", " << box.middle.y << " of " << width << " x "
                   << height);
-    for (const Point& corner : box.corners()) {
+    for (const Corner& corner : box.corners()) {
       CHECK(corner.x >= 0);
       CHECK(corner.y >= 0);
       CHECK(corner.x <= width);
@@ -251,7 +186,7 @@ void check_texts(const std::string& svg) {
       CHECK(overlap(box, boxes[k]) < tolerance_px);
     }
     for (const Mark& mark : all_marks) {
-      const Point seen = box.seen(mark.middle);
+      const Corner seen = seen_from(box, mark.middle);
       INFO("it lies on the point at " << mark.middle.x << ", " << mark.middle.y);
       CHECK(std::hypot(std::max(std::abs(seen.x) - box.half_width, 0.0),
                        std::max(std::abs(seen.y) - box.half_height, 0.0)) > mark.radius - tolerance_px);

@@ -195,6 +195,15 @@ TEST_CASE("A figure or style that cannot be is refused") {
   crowded.width_mm = 60;
   crowded.font_points = 40;
   CHECK_THROWS_WITH(plot_again(run / "figures", id, crowded), Catch::Contains("40 pt has no room in the figure " + id));
+  crowded.font_points = 9;  // gnuplot would cut the text and say nothing
+  const std::string wide = plot_propagation_against_diffusion(synthetic::analysis(), run.path()).id;
+  for (const char* format : {"svg", "pdf", "eps", "png"}) {
+    crowded.format = format;
+    CHECK_THROWS_WITH(plot_again(run / "figures", wide, crowded),
+                      Catch::Contains("“diffusion coefficient D  (bead diameters)” of 9 pt has no room"));
+  }
+  crowded.width_mm = 86;
+  CHECK_NOTHROW(plot_again(run / "figures", wide, crowded));
   FigureStyle unknown;
   unknown.format = "gif";
   CHECK_THROWS_AS(plot_again(run / "figures", id, unknown), InputError);

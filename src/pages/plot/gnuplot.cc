@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <numbers>
 #include <sstream>
 #include <system_error>
 #include <utility>
@@ -431,6 +432,64 @@ std::string labelled_pdf(std::string pdf, const FileLabel& label) {
   pdf += fmt::format("xref\n{} 1\n{:010} 00000 n \ntrailer\n<< /Size {} /Root {} 0 R /Info {} 0 R /Prev {} >>\n",
                      information, object, size, root, information, table);
   return pdf + fmt::format("startxref\n{}\n%%EOF\n", new_table);
+}
+
+std::array<Corner, 4> SvgText::corners() const {
+  std::array<Corner, 4> all;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double u = (i % 2 == 0 ? -1 : 1) * half_width, v = (i < 2 ? -1 : 1) * half_height;
+    all[i] = {middle.x + u * along.x - v * along.y, middle.y + u * along.y + v * along.x};
+  }
+  return all;
+}
+
+std::vector<SvgText> texts_of_svg(std::string_view svg, const std::string& font_file) {
+  constexpr std::string_view group = "<g transform=\"translate(";
+  const auto number = [](std::string_view tag, std::string_view before) {
+    const std::size_t at = tag.find(before);
+    return at == std::string_view::npos ? 0 : std::atof(std::string(tag.substr(at + before.size(), 40)).c_str());
+  };
+  std::vector<SvgText> texts;
+  for (std::size_t at = svg.find(group); at != std::string_view::npos; at = svg.find(group, at + 1)) {
+    const std::string_view tag = svg.substr(at, svg.find('>', at) - at);
+    const std::size_t begin = svg.find("<text", at), end = svg.find("</text>", at);
+    if (end == std::string_view::npos || begin > end || svg.find("</g>", at) < begin) continue;
+    std::string markup;  // without the marks of what is italic, raised or lowered
+    for (std::size_t i = begin; i < end; ++i) {
+      if (svg[i] == '<')
+        i = svg.find('>', i);
+      else
+        markup += svg[i];
+    }
+    const std::string text = unescaped(markup);
+    if (text.find_first_not_of(' ') == std::string::npos) continue;
+    const double size = number(tag, "font-size=\""), width = Font(size, font_file).width(text);
+    const double above = 0.75 * size, below = 0.2 * size, angle = number(tag, "rotate(") * std::numbers::pi / 180;
+    const bool ends = tag.find("\"end\"") != std::string_view::npos,
+               centred = tag.find("\"middle\"") != std::string_view::npos;
+    const double u = (ends ? -0.5 : centred ? 0 : 0.5) * width, v = 0.5 * (below - above);
+    const Corner along{std::cos(angle), std::sin(angle)};
+    texts.push_back({text,
+                     {number(tag, group) + u * along.x - v * along.y, number(tag, ",") + u * along.y + v * along.x},
+                     0.5 * width,
+                     0.5 * (above + below),
+                     along});
+  }
+  return texts;
+}
+
+std::string clipped_text(std::string_view svg, const std::string& font_file) {
+  constexpr double tolerance = 2;
+  const Span view = between(svg, "viewBox=\"", "\"");
+  double left = 0, top = 0, width = 0, height = 0;
+  if (view.found())
+    std::istringstream(std::string(svg.substr(view.begin, view.length))) >> left >> top >> width >> height;
+  for (const SvgText& one : texts_of_svg(svg, font_file)) {
+    for (const Corner& corner : one.corners()) {
+      if (std::max({-corner.x, -corner.y, corner.x - width, corner.y - height}) > tolerance) return one.text;
+    }
+  }
+  return {};
 }
 
 namespace {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -6,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "render/font.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -48,7 +50,8 @@ struct GnuplotJob {
   std::string recipe = {};                  ///< of <stem>.json, from which the script can be filled again; "" for none
   std::optional<FileLabel> label = {};      ///< what SVG and PDF say of themselves
   int curves = 0;  ///< plot elements without a title, each with at least one visible mark (titles come by keyentry)
-  /// Other than 0: plotted once more, so many inches wide, as <stem>-narrow.svg; the script takes `only` and `width`.
+  /// Other than 0: plotted once more, so many inches wide, as <stem>-narrow.svg for phones, panels one above the other;
+  /// the script takes `only` and `width`. One SVG cannot be cut into its panels, since the key belongs to all.
   double narrow_inches = 0;
   bool all_columns = true;  ///< each column of the data is plotted, and has to hold a number
 };
@@ -115,6 +118,23 @@ inline constexpr std::string_view behind_in_words = "Grey: the run before.";
 /// keyentry. A title that names the data ("data FILE COLUMNS STYLE X0 X1 Y0 Y1 | X | Y", ends and names of the axes) is
 /// for the page, which reads the points' numbers by it, and stands in no key. The run before does not count.
 int count_visible_curves(std::string_view svg);
+
+/// A text of a gnuplot SVG and the rectangle that it fills, which may be turned; pixels.
+struct SvgText {
+  std::string text;
+  Corner middle;
+  double half_width = 0, half_height = 0;
+  Corner along{1, 0};  ///< unit vector in which it is read
+
+  std::array<Corner, 4> corners() const;
+};
+
+/// All texts of a gnuplot SVG, by the metrics of a font file, DejaVu Sans if none is named; a sign that stands lower or
+/// higher counts as wide as another.
+std::vector<SvgText> texts_of_svg(std::string_view svg, const std::string& font_file = "");
+
+/// The first text that an edge of the SVG cuts by more than two pixels; empty if there is none.
+std::string clipped_text(std::string_view svg, const std::string& font_file = "");
 
 /// A hidden folder for work in progress, removed with everything in it when it goes out of scope
 /// (and by remove_leftovers, should the program be killed before).

@@ -246,9 +246,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   require_gnuplot();
   PlottedFigure plotted;
   // gnuplot would take the same font in the place of one that is not here, and say nothing.
-  if (const auto match = match_font(style.font); style.format != "tikz" && match && match->is_substitute) {
-    style.font = plotted.substitute_font = match->family;
-  }
+  const std::optional<FontMatch> match = match_font(style.font);
+  if (style.format != "tikz" && match && match->is_substitute) style.font = plotted.substitute_font = match->family;
   const std::vector<std::string> known = plots_in(figures);
   std::error_code none;
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
@@ -293,31 +292,44 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
       write_file(scratch.path() / name, read_file(entry.path()));
     }
   }
-  std::string settings =
-      fmt::format("only = '{}'; points = {}; font = {}", style.format, style.font_points, gnuplot_string(style.font));
-  if (style.width_mm != 0) settings += fmt::format("; width = {}", style.width_mm / 25.4);
-  ProcessSpec process;
-  process.arguments = {"gnuplot", "-d", "-e", settings, id + ".gp"};
-  process.working_folder = scratch.path();
-  process.environment = {
-      {"LC_ALL", "C.UTF-8"}, {"HOME", scratch.path().string()}, {"XDG_CACHE_HOME", scratch.path().string()}};
-  const ProcessResult result = run_process(process);
   const auto fail = [&](const std::string& what) {
     throw EnvironmentError(
         "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id, what);
   };
-  if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(result.standard_error));
-  if (result.standard_error.find("too small to hold plot") != std::string::npos ||
-      result.standard_error.find("difficulty fitting plot titles") != std::string::npos) {
-    throw InputError("text of {:g} pt has no room in the figure {}{}; give a smaller --font-size or a greater --width",
-                     style.font_points, id, style.width_mm == 0 ? "" : fmt::format(", {:g} mm wide", style.width_mm));
-  }
-  if (is_complaint(result.standard_error)) fail("it complained: " + single_line(result.standard_error));
-  const fs::path file = scratch.path() / (id + "." + style.format);
-  if (!fs::is_regular_file(file, none)) fail("there is no file; the script may be of an older version: run it again");
-  std::string& bytes = plotted.bytes = read_file(file);
-  for (const auto& [format, end] : ends_of_formats) {
-    if (format == style.format && bytes.rfind(end) == std::string::npos) fail("the file is cut off");
+  const auto require_fit = [&](bool fits, const std::string& text) {
+    if (fits) return;
+    throw InputError("{} of {:g} pt has no room in the figure {}{}; give a smaller --font-size or a greater --width",
+                     text, style.font_points, id,
+                     style.width_mm == 0 ? "" : fmt::format(", {:g} mm wide", style.width_mm));
+  };
+  const auto bytes_as = [&](const std::string& format) {
+    std::string settings =
+        fmt::format("only = '{}'; points = {}; font = {}", format, style.font_points, gnuplot_string(style.font));
+    if (style.width_mm != 0) settings += fmt::format("; width = {}", style.width_mm / 25.4);
+    ProcessSpec process;
+    process.arguments = {"gnuplot", "-d", "-e", settings, id + ".gp"};
+    process.working_folder = scratch.path();
+    process.environment = {
+        {"LC_ALL", "C.UTF-8"}, {"HOME", scratch.path().string()}, {"XDG_CACHE_HOME", scratch.path().string()}};
+    const ProcessResult result = run_process(process);
+    const std::string& said = result.standard_error;
+    if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(said));
+    require_fit(said.find("too small to hold plot") == std::string::npos &&
+                    said.find("difficulty fitting plot titles") == std::string::npos,
+                "text");
+    if (is_complaint(said)) fail("it complained: " + single_line(said));
+    const fs::path file = scratch.path() / (id + "." + format);
+    if (!file_exists(file)) fail("there is no file; the script may be of an older version: run it again");
+    std::string bytes = read_file(file);
+    const auto* const known_end =
+        std::ranges::find(ends_of_formats, format, &std::pair<std::string_view, std::string_view>::first);
+    if (bytes.rfind(known_end->second) == std::string::npos) fail("the file is cut off");
+    return bytes;
+  };
+  std::string& bytes = plotted.bytes = bytes_as(style.format);
+  if (style.format != "tikz" && (style.width_mm != 0 || style.font_points > FigureStyle{}.font_points)) {
+    const std::string cut = clipped_text(style.format == "svg" ? bytes : bytes_as("svg"), match ? match->file : "");
+    require_fit(cut.empty(), fmt::format("“{}”", cut));
   }
   if (style.format == "pdf") bytes = without_creation_date(std::move(bytes));
   if (auto label = label_of_run(figures / (id + ".svg"))) {
