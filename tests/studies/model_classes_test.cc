@@ -357,11 +357,13 @@ TEST_CASE("the report has a table of classes, one of the means, and a figure") {
   deep.response.spec.lattice = {512, 400};
   deep.response.spec.layers = {32, 64};
   deep.response.octaves = {{55, 111, known(1.12, 0.01), known(0.471, 1e-4), known(0.27, 0.002), 0.03}};
+  deep.shapes = {{443, 31, 209.6, 45.2, std::nan("")}};
   const auto study = models_study({all, {}, {deep}});
   const std::string page = study_page(*study).html;
   // Page 1: one number of peaks for all, so that they are not told apart; the exponent that is known.
-  for (const char* text : {"same number of peaks", ">stochastic OSL</span></em>", "hyperbolic with noise", "0.337",
-                           "0.4701", "0.9700(30)", "spread at depth", "1.120(10)"}) {
+  for (const char* text :
+       {"same number of peaks", ">stochastic OSL</span></em>", "hyperbolic with noise", "0.337", "0.4701", "0.9700(30)",
+        "spread at depth", "1.120(10)", "shape of the peaks of each model at depth", ">210<", ">45<", ">31<"}) {
     INFO(text);
     CHECK(contains(page, text));
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "ensemble/ensemble_runner.h"
@@ -78,6 +79,16 @@ bool all_known(const DeepResponse& response) {
                      [](const OctaveOfDepth& octave) { return octave.D.known(); });
 }
 
+std::span<const LagResponse> deepest_lags(const DeepResponse& response) {
+  return std::span(response.lags).last(std::min(response.lags.size(), tested_shapes));
+}
+
+LayerSpectrum spectrum_of(const MeasuredEnsemble& deep, const LagResponse& lag) {
+  const BlockSums& sums = deep.record.sums;
+  return layer_spectrum(sums, static_cast<std::size_t>(std::ranges::find(sums.layers, lag.lag) - sums.layers.begin()),
+                        0);
+}
+
 }  // namespace
 
 CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
@@ -133,13 +144,17 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   for (const OctaveOfDepth& octave : result.response.octaves) {
     result.diffusion_chi2 += std::pow((octave.D.value - sum / weights) / octave.D.standard_error, 2);
   }
-  const std::size_t lags = result.response.lags.size();
-  for (std::size_t i = lags - std::min(lags, tested_shapes); i < lags; ++i) {
-    const LayerSpectrum spectrum = layer_spectrum(deep.record.sums, i + 1, 0);
-    result.peaks.push_back(scaled_peak(spectrum, result.response.lags[i]));
-    result.shapes.push_back(test_shape(spectrum, result.response.lags[i], result.form));
-  }
+  for (const LagResponse& lag : deepest_lags(result.response))
+    result.peaks.push_back(scaled_peak(spectrum_of(deep, lag), lag));
+  result.shapes = test_shapes(deep, result.response, result.form);
   return result;
+}
+
+std::vector<PeakShapeTest> test_shapes(const MeasuredEnsemble& deep, const DeepResponse& response,
+                                       const SoundForm& form) {
+  std::vector<PeakShapeTest> shapes;
+  for (const LagResponse& lag : deepest_lags(response)) shapes.push_back(test_shape(spectrum_of(deep, lag), lag, form));
+  return shapes;
 }
 
 namespace {
@@ -227,6 +242,8 @@ PeakShapeTest test_shape(const LayerSpectrum& spectrum, const LagResponse& lag, 
   test.degrees_of_freedom = static_cast<int>(spectrum.whole.size()) - 2;
   test.gaussian = chi2_of(spectrum, peak, width, [](double k) { return std::complex(std::exp(-k * k / 2)); });
   test.kpz = chi2_of(spectrum, peak, width, [](double k) { return std::complex(kpz_peak().mode(k)); });
+  test.levy = std::nan("");
+  if (form.D == 0) return test;
   // By its own x_p and W.
   const DoubleGaussian shape = form.shape(lag.z, spectrum.columns);
   test.levy = chi2_of(spectrum, peak, width, [&](double k) {

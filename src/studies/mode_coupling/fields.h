@@ -105,11 +105,16 @@ double stationary_height_variance(double y);
 struct PeakShapeTest {
   double z = 0;
   int degrees_of_freedom = 0;
-  double gaussian = 0, kpz = 0, levy = 0;  ///< chi^2 with x_p and W free; levy: of the form of sound
+  double gaussian = 0, kpz = 0, levy = 0;  ///< chi^2 with x_p and W free; levy: of the form of sound, NaN without it
 };
+void to_json(Json& json, const PeakShapeTest& test);
 
 /// Holds the modes of one lag against the three shapes, each with the x_p and W that suit it best.
 PeakShapeTest test_shape(const LayerSpectrum& spectrum, const LagResponse& lag, const SoundForm& form);
+
+/// Of the three deepest lags of an ensemble as measure_spreading takes it; without the form where its D is 0.
+std::vector<PeakShapeTest> test_shapes(const MeasuredEnsemble& deep, const DeepResponse& response,
+                                       const SoundForm& form);
 
 /// One of the two peaks, scaled by its own x_p and W to variance and area 1.
 struct ScaledPeak {

@@ -182,7 +182,7 @@ void to_json(Json& json, const TractionDepth& one) {
 }
 
 void to_json(Json& json, const DeepModel& one) {
-  json = {{"series", one.series}, {"parameter", one.parameter}};
+  json = {{"series", one.series}, {"parameter", one.parameter}, {"shapes", one.shapes}};
   const Json spreading = one.response;
   for (const char* key : {"estimator", "columns", "layers", "samples", "lags", "octaves", "dispersion", "c_thrust"}) {
     json[key] = spreading.at(key);

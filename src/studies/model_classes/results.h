@@ -6,7 +6,7 @@
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "sampling/model_spec.h"
-#include "studies/spreading.h"
+#include "studies/mode_coupling/fields.h"
 #include "studies/study.h"
 
 namespace granuscope {
@@ -120,6 +120,7 @@ struct ModelSeries {
 struct DeepModel {
   std::string series, parameter;
   DeepResponse response;
+  std::vector<PeakShapeTest> shapes = {};  ///< of the deepest lags; the form has D and B of waves, where B is known
 };
 
 /// What the study has measured.

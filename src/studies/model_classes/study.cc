@@ -183,8 +183,14 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
       return;
     }
     if (wanted.deep) {
-      measured_.deep.push_back(
-          {wanted.series, wanted.parameter, measure_spreading(ensemble, DeepMeasurement::fluctuations, threads_)});
+      DeepModel one{wanted.series, wanted.parameter,
+                    measure_spreading(ensemble, DeepMeasurement::fluctuations, threads_)};
+      const FormFit fit = fit_waves(one.response.bands);
+      // Of what spreads as z, or less, no wave is faster than the others.
+      const bool faster = fit.B.known() && fit.B.value > 3 * fit.B.standard_error;
+      one.shapes = test_shapes(ensemble, one.response,
+                               faster ? SoundForm{one.response.c_thrust.value, fit.D.value, fit.B.value} : SoundForm{});
+      measured_.deep.push_back(std::move(one));
       return;
     }
     asides_.push_back(wanted.aside);
