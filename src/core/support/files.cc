@@ -240,7 +240,10 @@ void require_replaceable(const fs::path& target, std::string_view begins) {
 }
 
 std::string read_file(const fs::path& source) {
+  constexpr std::uintmax_t largest_room = std::uintmax_t{1} << 30;  // a file may claim any size
   std::string bytes;
+  std::error_code unknown;
+  if (const auto size = fs::file_size(source, unknown); !unknown) bytes.reserve(std::min(size, largest_room));
   read_chunks(source, [&bytes](std::string_view chunk) { bytes.append(chunk); });
   return bytes;
 }
