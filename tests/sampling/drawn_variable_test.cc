@@ -138,7 +138,8 @@ TEST_CASE("An arctangent and a tangent without libm are those of libm, to roundi
   }
 }
 
-TEST_CASE("A bead draws the angle or T/N of one of its contacts uniformly, and is kept by its density") {
+TEST_CASE("A bead draws the angle or T/N of one of its contacts uniformly, and is kept by its density",
+          "[unsanitized]") {
   const int beads = 200'000;
   for (const double mu : {0.1, 0.5, 1.7}) {
     const OneBead bead = bead_under(mu, 0.6, 0.4, 0.1);

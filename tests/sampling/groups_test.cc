@@ -502,7 +502,7 @@ TEST_CASE("a failure leaves nothing behind in the sampler") {
   CHECK(same_bytes(drawn(*sampler, lattice, 3, load), drawn(*make_sampler(spec, lattice), lattice, 3, load)));
 }
 
-TEST_CASE("loads in another unit of force give the pile in that unit, bit for bit") {
+TEST_CASE("loads in another unit of force give the pile in that unit, bit for bit", "[unsanitized]") {
   for (const Law law : all_laws) {
     for (const double mu : {0.0, 0.1, 0.3, 0.8, 1.3, 1.7}) {
       for (const int columns : {4, 5, 24}) {

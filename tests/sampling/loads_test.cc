@@ -157,7 +157,8 @@ TEST_CASE("The law rejection with heavy beads is that of a second implementation
   }
 }
 
-TEST_CASE("The law granusolve with heavy beads is that of a second implementation, and differs from light ones") {
+TEST_CASE("The law granusolve with heavy beads is that of a second implementation, and differs from light ones",
+          "[unsanitized]") {
   constexpr double mu = 0.5, g = 0.5;
   constexpr int first = 8, last = 23;
   const Lattice lattice({48, 44});
@@ -361,7 +362,8 @@ TEST_CASE("A load that friction cannot bear is refused") {
   CHECK(find_problem(loaded(0.3, 0, 0.33))->message.find("up to 0.3176 to either side") != std::string::npos);
 }
 
-TEST_CASE("Slope and torque together are accepted up to where a mean bead slides or is pulled, and can be drawn") {
+TEST_CASE("Slope and torque together are accepted up to where a mean bead slides or is pulled, and can be drawn",
+          "[unsanitized]") {
   for (const double mu : {0.1, 0.3, 0.8}) {
     const double pi = std::acos(-1), t_plus = std::tan(pi / 6 + std::atan(mu)),
                  t_minus = std::tan(pi / 6 - std::atan(mu));
@@ -538,7 +540,7 @@ TEST_CASE("half the top unloaded is refused below 30 degrees of friction angle a
   }
 }
 
-TEST_CASE("a contact that is pulled is no solution, however small the friction is against rounding") {
+TEST_CASE("a contact that is pulled is no solution, however small the friction is against rounding", "[unsanitized]") {
   int solved = 0;
   for (const double mu : {1e-9, 1e-7}) {
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {

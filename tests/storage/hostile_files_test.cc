@@ -162,27 +162,31 @@ bool ensemble_reads_finite(const std::filesystem::path& file) {
 
 }  // namespace
 
+namespace {
+constexpr int damaged_files = test::sanitized ? 120 : 300;  // the cases of label fuzz try more
+}
+
 TEST_CASE("damaged piles are refused or harmless") {
   const TemporaryFolder folder;
   write_pile(folder / "pile.h5", awkward_pile(3, 5));
   // Most bytes of so small a file are metadata, which carry checksums.
-  const Tally tally = read_many(folder / "pile.h5", 300, 1, pile_reads_finite);
-  CHECK(tally.refused > 150);
+  const Tally tally = read_many(folder / "pile.h5", damaged_files, 1, pile_reads_finite);
+  CHECK(tally.refused > damaged_files / 2);
   CHECK(tally.library_gave_up == 0);
 }
 
 TEST_CASE("damaged ensembles are refused or harmless") {
   const TemporaryFolder folder;
   write_ensemble(folder / "ensemble.h5", awkward_ensemble());
-  const Tally tally = read_many(folder / "ensemble.h5", 300, 2, ensemble_reads_finite);
-  CHECK(tally.refused > 150);
+  const Tally tally = read_many(folder / "ensemble.h5", damaged_files, 2, ensemble_reads_finite);
+  CHECK(tally.refused > damaged_files / 2);
   CHECK(tally.library_gave_up == 0);
 }
 
 TEST_CASE("damaged piles of other programs are refused or harmless") {
   const TemporaryFolder folder;
   write_as_a_script(folder / "pile.h5");
-  CHECK(read_many(folder / "pile.h5", 200, 3, pile_reads_finite).refused > 50);
+  CHECK(read_many(folder / "pile.h5", damaged_files / 3 * 2, 3, pile_reads_finite).refused > damaged_files / 6);
 }
 
 TEST_CASE("files damaged again and again", "[fuzz]") {
@@ -200,11 +204,12 @@ TEST_CASE("files damaged again and again", "[fuzz]") {
   CHECK(read_for(seconds, least, folder / "compressed.h5", pile_reads_finite).refused > least / 3);
 }
 
-TEST_CASE("every possible cut of a pile is refused") {
+TEST_CASE("a pile that is cut anywhere is refused") {
+  constexpr std::size_t step = test::sanitized ? 29 : 7;  // bytes
   const TemporaryFolder folder;
   write_pile(folder / "pile.h5", awkward_pile(1, 4));
   const std::string bytes = read_file(folder / "pile.h5");
-  for (std::size_t length = 0; length < bytes.size(); length += 7) {
+  for (std::size_t length = 0; length < bytes.size(); length += step) {
     write_quickly(folder / "cut.h5", bytes.substr(0, length));
     CAPTURE(length);
     REQUIRE_THROWS_AS(read_pile(folder / "cut.h5"), InputError);
