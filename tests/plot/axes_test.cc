@@ -133,8 +133,6 @@ TEST_CASE("Lists and counts in words") {
   CHECK(caption_number(0.3) == "0.3");
   CHECK(caption_number(133.4, 2) == "130");
   CHECK(caption_number(2.2e-14, 2) == "2.2 × 10⁻¹⁴");
-  CHECK(points_in_words(1) == "one point");
-  CHECK(points_in_words(3) == "three points");
 }
 
 TEST_CASE("what a figure leaves out is grouped by its reason, and mu stands once in a group") {

@@ -84,8 +84,6 @@ std::string count_in_words(std::size_t count) {
   return count < words.size() ? words[count] : std::to_string(count);
 }
 
-std::string points_in_words(std::size_t count) { return count_in_words(count) + (count == 1 ? " point" : " points"); }
-
 std::string caption_number(double value, int digits) {
   std::string text = fmt::format("{:.{}g}", value, digits);
   if (text.find('e') != std::string::npos) return significant(value, digits);

@@ -76,9 +76,6 @@ std::string with_reasons(const std::vector<LeftOut>& items);
 /// A count in words up to twelve, as digits beyond: "two", "14".
 std::string count_in_words(std::size_t count);
 
-/// "one point", "two points".
-std::string points_in_words(std::size_t count);
-
 /// A number as a caption shows it: at most `digits` significant digits, no trailing zeros, typographic minus.
 std::string caption_number(double value, int digits = 4);
 
