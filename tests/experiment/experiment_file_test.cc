@@ -290,6 +290,29 @@ TEST_CASE("The reference names every key once, with unit and default") {
     CHECK(!key.meaning.empty());
   }
   CHECK_THAT(reference, Contains("| `lattice.columns` | `500` | beads | "));
+  // Each example of a study could be run.
+  const std::string open = "```toml\n";
+  int studies = 0;
+  for (auto at = reference.find(open); at != std::string::npos; at = reference.find(open, at + 1)) {
+    const std::string example = reference.substr(at + open.size(), reference.find("\n```", at) - at - open.size());
+    if (!example.starts_with("[studies.")) continue;
+    ++studies;
+    INFO(example);
+    CHECK_NOTHROW(parse_experiment(example + "\n", "example.toml"));
+  }
+  CHECK(studies > 10);
+}
+
+TEST_CASE("What is wrong in two studies is told at once") {
+  std::string told;
+  try {
+    parse_experiment(
+        "[studies.force_statistics]\nmu = [0.3]\nsamples = 8\n[studies.redrawn_beads]\nmu = [0.3]\nsamples = 8\n",
+        "mine.toml");
+  } catch (const InputError& error) {
+    told = error.what();
+  }
+  CHECK_THAT(told, Contains("studies.force_statistics.samples") && Contains("studies.redrawn_beads.samples"));
 }
 
 namespace {

@@ -388,16 +388,14 @@ Problem find_angle_problem(const Experiment& e) {
                  e.lattice.angle, limit);
 }
 
-/// Rules across keys of the studies that are asked for.
-Problem find_study_problem(const Experiment& e) {
-  for (const auto& study : e.studies) {
-    if (!study->asked()) continue;
-    if (auto found = study->find_problem(e)) return found;
-    for (const StudyEnsemble& one : study->ensembles(e)) {
-      if (const auto found = find_problem(one.spec)) {
-        return problem("studies." + study->id(), "its ensemble \"{}\" cannot be drawn: {}: {}", one.label, found->key,
-                       found->message);
-      }
+/// Rules across keys of a study, if it is asked for.
+Problem find_study_problem(const Experiment& e, const Study& study) {
+  if (!study.asked()) return {};
+  if (auto found = study.find_problem(e)) return found;
+  for (const StudyEnsemble& one : study.ensembles(e)) {
+    if (const auto found = find_problem(one.spec)) {
+      return problem("studies." + study.id(), "its ensemble \"{}\" cannot be drawn: {}: {}", one.label, found->key,
+                     found->message);
     }
   }
   return {};
@@ -552,7 +550,7 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
   if (good) good = problems.add(find_angle_problem(e));
   problems.add(find_precision_problem(e));
   if (good) {
-    problems.add(find_study_problem(e));
+    for (const auto& study : e.studies) problems.add(find_study_problem(e, *study));
     if (shown) problems.add(find_ring_problem(e));
   }
   if (sized && ranged) {

@@ -350,8 +350,9 @@ std::string describe_experiment_keys() {
     for (const Key& key : keys) {
       const KeyValue value = key.get();
       if (key.table != table) {
-        const std::string shown = print_value(value);
-        begin_table(key.table, fmt::format("{} = {}", key.name, shown == "[]" ? "[0.3]" : shown));
+        std::string shown = print_value(value);
+        if (shown == "[]") shown = key.range.least > 1 ? "[30, 45, 60]" : "[0.15, 0.2, 0.3]";
+        begin_table(key.table, fmt::format("{} = {}", key.name, shown));
       }
       text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", key.path(), print_value(value), key.unit,
                           describe(key.range, value), escape_table_cell(key.meaning));
