@@ -233,7 +233,7 @@ TEST_CASE("An alarm has passed once a night is fine, and a number that is gone s
   night = {};
   night.status = "fine";
   night.date = "2026-01-02T02:00:00Z";
-  night.numbers = {{"D", {"D", 0.07, 0.01}}};
+  night.numbers = {{"D", {"D", 0.07, 0.01}}, {"beta at mu = 0.1", {"beta at mu = 0.1", 0.5749, 2e-5}}};
   night.verdicts = {{"settled", "reproduced", 1}, {"young", "reproduced", 2}};
   book.add(night, {});
   CHECK(book.night(1).alarms[0].state == "passed");
@@ -244,6 +244,9 @@ TEST_CASE("An alarm has passed once a night is fine, and a number that is gone s
   CHECK(page.find("<h3>D: 0.070(10)</h3>") < page.find("<h3>c: "));
   CHECK_THAT(page, Contains("<title>night 1, 2026-01-01, 0 samples: 0.550(10)</title>") &&
                        Contains("<span>night 1, 2026-01-01</span>") && Contains(", 2026-01-02</span>"));
+  // As many digits as tell the ends of a scale apart.
+  CHECK_THAT(page, Contains("<h3>β at μ = 0.1: 0.574900(20)</h3>") && Contains("<span>0.574880 to 0.574920</span>") &&
+                       Contains("<span>0.060 to 0.080</span>"));
   CHECK_THAT(page, Contains("<td>young: not decided → reproduced</td>") && !Contains("settled:"));
 }
 

@@ -30,10 +30,13 @@ std::string day_of(const Night& night) { return night.date.substr(0, night.date.
 
 std::string named(const Night& night) { return fmt::format("night {}, {}", night.number, day_of(night)); }
 
-/// "c at μ = 0.3" for c at mu = 0.3.
+/// "c at μ = 0.3" for c at mu = 0.3, and β for beta.
 std::string in_symbols(std::string name) {
-  const std::size_t at = name.find(" mu = ");
-  return at == std::string::npos ? name : name.replace(at, 6, " μ = ");
+  for (const auto& [word, symbol] : {std::pair("mu =", "μ ="), {"alpha", "α"}, {"beta", "β"}, {"gamma", "γ"}}) {
+    if (const std::size_t at = name.find(word); at != std::string::npos)
+      name.replace(at, std::string_view(word).size(), symbol);
+  }
+  return name;
 }
 
 /// The program of a night as its environment has it; empty if it does not.
@@ -125,14 +128,17 @@ Json drawn(const Trend& trend, const std::vector<Night>& nights, const Json& mar
                       {"y", fmt::format("{:.1f}", scale.place(trend.value[i]))},
                       {"text", fmt::format("{}, {} samples: {}", named(nights[i]), nights[i].samples, trend.text(i))}});
   }
+  // With as many places as tell the ends of the scale apart.
+  const double size = scale.high - scale.low;
+  const int places = size > 0 ? std::max(0, 1 - static_cast<int>(std::floor(std::log10(size)))) : 3;
   return {{"name", in_symbols(trend.name)},
           {"points", points},
           {"radius", nights.size() > 60 ? "3" : "6"},
           {"last", trend.last},
           {"line", line},
           {"band", upper + lower},
-          {"low", significant(scale.low, 3)},
-          {"high", significant(scale.high, 3)},
+          {"low", fmt::format("{:.{}f}", scale.low, places)},
+          {"high", fmt::format("{:.{}f}", scale.high, places)},
           {"marks", marks}};
 }
 
