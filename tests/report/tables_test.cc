@@ -120,11 +120,14 @@ TEST_CASE("Laws that the run compares are told beside its own, and the experimen
   ReportData data = numbers();
   data.law_description = {"Layers are solved from top to bottom."};
   data.other_law_descriptions = {{"rejection", {"The whole pile is thrown away.", "Tiny piles only."}}};
-  data.resolved_experiment = "[lattice]\n# beads per layer\ncolumns = 500\n";
+  data.resolved_experiment = "[lattice]\n# beads per layer\ncolumns = 500\n\n[figures]\n\n[fit]\nlast_layer = 9\n";
   const Page page(data);
   CHECK(contains(page.html, "The law <em>rejection</em>"));
   CHECK(contains(page.html, "<li>Tiny piles only.</li>"));
-  CHECK(contains(page.html, "<span class=\"line\"># beads per layer</span><span class=\"line\">columns = 500</span>"));
+  CHECK(contains(page.html,
+                 "<span class=\"line\"># beads per layer</span><span class=\"line\">columns = 500</span></span><span "
+                 "class=\"block\">"
+                 "<span class=\"line\">[fit]</span><span class=\"line\">last_layer = 9</span></span></pre>"));
   CHECK_FALSE(contains(Page(numbers()).html, "The law <em>"));
 }
 

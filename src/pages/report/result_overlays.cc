@@ -361,8 +361,9 @@ void add_provenance(Json& overlay, const ReportData& data) {
   for (const StageTiming& timing : data.timings) seconds += timing.seconds;
   overlay["all_timings"] = std::isfinite(seconds) ? describe_duration(seconds) : "not known";
   overlay["reuse"] = data.reuse;
-  // Line by line, so that what does not fit into one is seen to belong to it.
-  Json lines = Json::array();
+  // Table by table, which no column parts, and line by line, so that what does not fit into one is seen to belong to
+  // it.
+  std::vector<std::vector<std::string>> tables;
   std::istringstream text(data.changed_experiment.empty() ? data.resolved_experiment : data.changed_experiment);
   // What the gate expects tells the program which verdicts are news, not the reader what was computed.
   bool of_gate = false, of_experiment = false;
@@ -374,11 +375,11 @@ void add_provenance(Json& overlay, const ReportData& data) {
     // Stands at the head of the page.
     const bool of_page = of_experiment && (line.starts_with("name = ") || line.starts_with("description = "));
     if (of_gate || of_page) continue;
-    const bool empty_table = line.empty() && !lines.empty() && lines.back().get<std::string>().starts_with('[');
-    if (empty_table) lines.erase(lines.size() - 1);
-    if (!empty_table) lines.push_back(line);
+    if (line.starts_with('[') || tables.empty()) tables.emplace_back();
+    if (!line.empty()) tables.back().push_back(line);
   }
-  overlay["experiment_lines"] = lines;
+  std::erase_if(tables, [](const auto& lines) { return lines.size() == 1 && lines.front().starts_with('['); });
+  overlay["experiment_tables"] = tables;
 }
 
 }  // namespace granuscope
