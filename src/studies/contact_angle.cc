@@ -121,7 +121,9 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
     Plot plot = two_panels("contact-angle");
     plot.key.lines = 2;
     plot.key.inches = 0.5;
-    GrowingPanel speed{"friction coefficient μ", "c/c₀"}, spreading{"friction coefficient μ", "D", true};
+    GrowingPanel speed{"friction coefficient μ", "c/c₀"},
+        spreading{"friction coefficient μ", "D  (bead diameters)", true};
+    std::vector<std::string> speeds;
     for (std::size_t k = 0; k < angles_.size(); ++k) {
       CurveRows shares, spreads;
       for (const ResponseAtAngle& one : measured_) {
@@ -134,9 +136,14 @@ class ContactAngleStudy final : public CopiedStudy<ContactAngleStudy> {
       const std::string name = exact(angles_[k]), mu = "mu: dimensionless";
       speed.add(plot, name + "-speed", shares, ink.joined_bars(1, 0.6), mu, "c/c0: dimensionless");
       spreading.add(plot, name + "-spreading", spreads, ink.joined_bars(1, 0.6), mu, "D: bead diameters");
-      plot.add_key(name + "°", ink.joined(1, 0.6));
+      plot.add_key("contacts at " + name + "°", ink.joined(1, 0.6));
+      if (!shares.empty())
+        speeds.push_back(fmt::format("{} ({}°)", value_with_error(shares.back()[1], shares.back()[2]), name));
     }
-    return plot_panels(plot, speed, spreading, {{"piles", std::to_string(samples_)}}, folder);
+    return plot_panels(
+        plot, speed, spreading,
+        {{"piles", std::to_string(samples_)}, {"mu", caption_number(mu_.back())}, {"speeds", enumeration(speeds)}},
+        folder);
   }
 
   std::vector<double> angles_, mu_{0.1, 0.2, 0.3};

@@ -411,8 +411,6 @@ Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem:
     if (head.size == least_size) add(by_friction, fmt::format("right: μ = {}", caption_number(head.mu)), false);
   }
   Range shares = range_of(0, std::max(most_share, 0.01));
-  by_size.left = 0.095;
-  by_friction.left = 0.59;
   for (Panel* panel : {&by_size, &by_friction}) {
     panel->x = linear_axis("share of opened contacts", {-0.004, 1.04 * shares.high, false}, 6, shares);
     panel->y = {"share of solvable piles", -0.03, 1.05, false, {{"0", 0}, {"0.5", 0.5}, {"1", 1}}};
@@ -480,7 +478,6 @@ Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesyste
   Range inner;  // no label at a corner of the panel
   inner.add(-0.7 * half);
   inner.add(0.7 * half);
-  peaks.left = 0.585;
   profiles.x = linear_axis("x  (bead diameters)", {-half, half, false}, 5, inner);
   profiles.y =
       linear_axis("P(x, z)", {height.low - 0.03 * height.size(), height.high + 0.05 * height.size(), false}, 6, height);

@@ -524,12 +524,7 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
     if (table.empty()) continue;
     const Ink ink = ink_of_series(panel.curves.size());
     panel.add(plot.add_data(std::to_string(panel.curves.size() + 1), table), "1:2:3", ink.joined_bars(0.8, 0.45));
-    const std::string name = fmt::format("{}:  κ = {}", name_in_words(one), in_words(one.alpha_thrust));
-    const std::string work =
-        one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3) : fmt::format("{:.0f}", one.draws_per_bead);
-    plot.key.entries.push_back(
-        {name, ink.points(0.6),
-         fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)});
+    plot.add_key(fmt::format("{}:  κ = {}", name_in_words(one), in_words(one.alpha_thrust)), ink.points(0.6));
     if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == RepairRules::all) {
       repaired.push_back(
           fmt::format("on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % "

@@ -218,7 +218,7 @@ Figure plot_literal_reading(const std::vector<DepthExponents>& depths, const Dep
                             const std::vector<double>& met, const std::filesystem::path& run_folder) {
   Plot plot;
   plot.id = "literal-reading";
-  plot.height = 2.5;
+  plot.height = 2.2;
   const std::array<const char*, 3> symbols{"γ", "β", "α"};
   // Another reading than the slopes: each exponent has its marker, all have its colour.
   const std::array<Ink, 3> inks{Ink{"vermilion", 13}, Ink{"vermilion", 5}, Ink{"vermilion", 9}};

@@ -454,8 +454,6 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
         "friction coefficients at which the width of the peaks can be told");
   }
   Panel &D = panels.D, &c = panels.c;
-  D.left = 0.095;
-  c.left = 0.605;
   D.x = log_axis("size of the load  (loads of one top bead)", widened_by_factor(panels.load, 1.3));
   D.x.ticks = load_marks(measured);
   c.x = D.x;

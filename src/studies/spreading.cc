@@ -397,8 +397,8 @@ class CurveKey {
     PlotKey key;
     key.entries = entries_;
     for (const DeepMeasurement by : checks_) {
-      key.entries.push_back({by == DeepMeasurement::wide ? "twice the columns" : "by loads (multiplexed)",
-                             {.width = 0.9, .dash = dashes(by)}});
+      key.entries.push_back({by == DeepMeasurement::wide ? "twice the columns" : "by loads",
+                             {.colour = "frame", .width = 0.9, .dash = dashes(by)}});
     }
     key.lines = static_cast<int>(key.entries.size() + 2) / 3;
     key.inches = 0.17 * key.lines;
@@ -430,6 +430,7 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   plot.height = 2.15;
   Panel exponents;
   CurveKey key;
+  std::vector<std::string> powers;
   Range depth, exponent;
   exponent.add(1);
   for (const DeepResponse& one : measured) {
@@ -445,6 +446,9 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
       extend(exponent, octave.exponent);
     }
     if (table.empty()) continue;
+    const Estimate& last = one.octaves.back().exponent;
+    if (one.by == DeepMeasurement::fluctuations && last.known())
+      powers.push_back(fmt::format("{} at μ = {}", value_with_error(last), caption_number(one.spec.sampler.mu)));
     add_curve(exponents, plot.add_data(data_name(one), table), 2, key.ink_of(one), dashes(one.by));
   }
   if (key.empty())
@@ -456,13 +460,17 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   exponents.add_level(1, {.width = 0.9, .dash = 4});
   plot.panels = {exponents};
   plot.key = key.key();
-  return plot_figure(plot, wording("studies/deep_response.captions", measured), run_folder);
+  if (powers.size() > 2) powers.erase(powers.begin() + 1, powers.end() - 1);
+  Wording words = wording("studies/deep_response.captions", measured);
+  words.variables["powers"] = enumeration(powers);
+  words.variables["last_from"] = caption_number(std::round(measured.front().octaves.back().from));
+  return plot_figure(plot, words, run_folder);
 }
 
 Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder) {
   Plot plot;
   plot.id = "dispersion";
-  plot.height = 2.6;
+  plot.height = 2.3;
   Panel speeds = left_panel(), diffusions = right_panel();
   CurveKey key;
   Range waves, speed, diffusion;
@@ -494,7 +502,7 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
   const Range axis = widened_by_factor(waves, 1.3), D_axis = widened_by_factor(diffusion, 1.3);
   speeds.x = diffusions.x = log_axis("wave number k  (1/bead diameter)", axis);
   speeds.y = linear_axis("c(k) − c₀√κ", widened(speed, 0.06), 6, speed);
-  diffusions.y = log_axis("D(k)", D_axis);
+  diffusions.y = log_axis("D(k)  (bead diameters)", D_axis);
   const Style guide{.width = 0.9, .dash = 4};
   speeds.add_level(0, {.colour = "frame", .width = 0.8});
   diffusions.curves.insert(diffusions.curves.begin(),

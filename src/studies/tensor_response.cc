@@ -361,7 +361,7 @@ CsvTable stress_table(const TensorResponse& one) {
   return table;
 }
 
-/// The stresses under both loads at the largest mu, and below them what a closure misses, against depth.
+/// The stresses under both loads at the largest mu, under a torque, and beside them what a closure misses, by depth.
 Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::filesystem::path& run_folder) {
   const auto fluctuating =
       std::ranges::find(measured.rbegin(), measured.rend(), DeepMeasurement::fluctuations, &TensorResponse::by);
@@ -376,42 +376,56 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
   };
   Plot plot;
   plot.id = "tensor-response";
-  plot.height = 4.7;
-  plot.key = {.inches = 0.6, .lines = 3, .sample = 2, .entries = {}};
-  constexpr double lower_row = 2.0;
-  const double upper = plot.height - plot.key.inches - lower_row;
+  plot.key = {.inches = 0.72, .lines = 4, .sample = 2, .entries = {}};
   const std::array<Style, 3> styles{
-      Style{"lines", "blue", 1.2}, {"lines", "bluish_green", 1.2, 2}, {"yerrorbars", "vermilion", 0.7, 0, 7, 0.3}};
-  const Style closed{"lines", "black", 1.2, 3};
-  std::array<Panel, 2> profiles{left_panel(), right_panel()};
-  for (std::size_t load = 0; load < 2; ++load) {
-    Panel& panel = profiles[load];
+      Style{"lines", "bright_blue", 1.2}, {"lines", "light_blue", 1.2, 2}, {"yerrorbars", "dark_blue", 0.7, 0, 7, 0.3}};
+  const Style closed{"lines", "black", 1.2}, elastic{"lines", "black", 1.0, 2};
+  struct Shown {
+    const TensorResponse* of;
+    PointLoad load;
+    const char *file, *axis;
+  };
+  std::vector<Shown> profiles{{&shown, vertical, "vertical", "σ, load along z"},
+                              {&shown, horizontal, "horizontal", "σ, load along x"}};
+  // Below a torque at the smallest mu, where noise hides it least.
+  if (const auto couple = std::ranges::find_if(measured, &TensorResponse::has_couple); couple != measured.end())
+    profiles.push_back({&*couple, horizontal, "torque", "σ, torque"});
+  const double rows = static_cast<double>(profiles.size()), room = rows == 2 ? 4.1 : 5.2;
+  plot.height = plot.key.inches + room;
+  const auto place = [&](Panel& panel, double row, double of_rows) {
+    panel.top = room * row / of_rows + 0.1;
+    panel.bottom = room * (of_rows - 1 - row) / of_rows + 0.48;
+    plot.panels.push_back(panel);
+  };
+  for (const auto& [one, load, name, axis] : profiles) {
+    const double ratio = one->has_couple() ? std::pow(one->c_thrust.value, 2) : at_depth.found[eta].value;
+    const StressProfile& profile = one->shown().profile;
+    const auto& under = profile.under[load];
+    Panel panel = left_panel();
     Range x, y;
     CsvTable table({"x: bead diameters", "sigma_zz: 1/bead", "sigma_xz: 1/bead", "sigma_xx: 1/bead",
                     "standard_error: 1/bead", "eta_sigma_zz: 1/bead"});
-    const StressProfile& profile = at_depth.profile;
     for (std::size_t i = 0; i < profile.x.size(); ++i) {
-      const auto at = [&](StressPart stress) { return profile.under[load][stress][i].value; };
-      table.add_row({profile.x[i], at(zz), at(xz), at(xx), profile.under[load][xx][i].standard_error,
-                     at_depth.found[eta].value * at(zz)});
+      const auto at = [&](StressPart stress) { return under[stress][i].value; };
+      table.add_row({profile.x[i], at(zz), at(xz), at(xx), under[xx][i].standard_error, ratio * at(zz)});
       x.add(profile.x[i]);
       for (const StressPart stress : {zz, xz, xx}) y.add(at(stress));
     }
-    const std::string file = plot.add_data(load == 0 ? "vertical" : "horizontal", table);
+    const std::string file = plot.add_data(name, table);
     panel.x = linear_axis("x  (bead diameters)", x, 6);
-    panel.y = linear_axis(load == 0 ? "stress, load ↓" : "stress, load →", widened(y, 0.06), 6, y);
-    panel.bottom = lower_row + 0.48;
-    panel.name_height = 0.5;
+    panel.y = linear_axis(axis, widened(y, 0.06), 4, y);
+    panel.texts.push_back({"μ = " + caption_number(one->spec.sampler.mu), 0.5, 0.88, "center", "black"});
     panel.add(file, "1:2", styles[0]);
     panel.add(file, "1:3", styles[1]);
     panel.add(file, "1:6", closed);
     panel.add(file, "1:4:5", styles[2]);
+    place(panel, static_cast<double>(plot.panels.size()), rows);
   }
   plot.add_key("σzz", styles[0]);
   plot.add_key("σxz", styles[1]);
-  plot.add_key("σxx", Ink{"vermilion", 7}.points(0.5));
+  plot.add_key("σxx", Ink{"dark_blue", 7}.points(0.5));
   plot.add_key("η σzz", closed);
-  Panel share = left_panel(), ratio = right_panel();
+  Panel share = right_panel(), ratio = right_panel();
   Range z, missed_range, ratio_range;
   ratio_range.add(1);
   missed_range.add(0);
@@ -443,24 +457,23 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
     const std::string mu = (by_loads ? "loads-mu-" : "mu-") + exact(one.spec.sampler.mu),
                       file = plot.add_data(mu, table);
     plot.add_data("stresses-" + mu, stress_table(one));
-    const std::string told =
-        "below: μ = " + caption_number(one.spec.sampler.mu) + (by_loads ? ", by loads (multiplexed)" : "");
+    const std::string told = "μ = " + caption_number(one.spec.sampler.mu) + (by_loads ? ", by loads" : "");
     share.add(file, "1:2:3", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0), told);
     if (!by_loads) share.add(file, "1:4", ink.joined(0.8, 0.2, 2));
     ratio.add(file, "1:5:6", ink.joined_bars(0.9, 0.5, by_loads ? 3 : 0), told);
     if (!by_loads) plot.add_key(told, ink.joined(0.9, 0.5));
     loaded = loaded || by_loads;
   }
-  if (loaded) plot.add_key("by loads (multiplexed)", {.width = 0.9, .dash = 3});
-  for (Panel* panel : {&share, &ratio}) {
-    panel->top = upper + 0.12;
-    panel->x = log_axis("depth z  (bead diameters)", widened_by_factor(z, 1.2));
-  }
+  if (loaded) plot.add_key("by loads", {.colour = "frame", .width = 0.9, .dash = 3});
+  plot.add_key("with a gradient", {.colour = "frame", .width = 0.8, .dash = 2});
+  plot.add_key("elastic half plane", elastic);
+  share.x = ratio.x = log_axis("depth z  (bead diameters)", widened_by_factor(z, 1.2));
   share.y = linear_axis("share of σxx missed", widened(missed_range, 0.06), 6, missed_range);
   ratio.y = linear_axis("η / (c₀² κ)", widened(ratio_range, 0.08), 5, ratio_range);
-  share.add_level(elastic_share, {"lines", "black", 1.0, 3});
+  share.add_level(elastic_share, elastic);
   ratio.add_level(1, {"lines", "frame", 0.8});
-  plot.panels = {profiles[0], profiles[1], share, ratio};
+  place(share, 0, 2);
+  place(ratio, 1, 2);
   return plot_figure(plot,
                      {"studies/tensor_response.captions",
                       {{"mu", caption_number(shown.spec.sampler.mu)},
@@ -468,6 +481,7 @@ Figure plot_tensor(const std::vector<TensorResponse>& measured, const std::files
                        {"eta", value_with_error(at_depth.found[eta])},
                        {"missed", percent(at_depth.missed)},
                        {"beside", percent(at_depth.missed_beside)},
+                       {"torque", rows == 2 ? "" : caption_number(profiles.back().of->spec.sampler.mu)},
                        {"elastic", fmt::format("{:.0f} %", 100 * elastic_share)}}},
                      run_folder);
 }

@@ -242,7 +242,7 @@ double known_shift(const Estimate& shift) {
 
 /// A panel as it is being filled.
 struct ErrorPanel {
-  Panel panel = left_panel();
+  Panel panel;
   Range x, y;
 };
 
@@ -291,7 +291,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   plot.id = figure_of_errors;
   plot.height = 3.5;
   plot.key = {.inches = 1.2, .lines = 8, .sample = 2, .entries = {}};
-  ErrorPanel panels[2];
+  ErrorPanel panels[2] = {{left_panel(), {}, {}}, {right_panel(), {}, {}}};
   std::vector<std::string> slopes_c, slopes_D, floors, missing, gains;
   const ErrorCurve* point = nullptr;
   Range repetitions;
@@ -310,8 +310,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     const std::size_t number = plot.key.entries.size();  // of the curve: those not shown count for nothing
     for (const std::size_t q : {0, 1}) add_curve(panels[q], plot, curve, quantities[q], cost, number);
     const std::string name = in_words(curve.spec.response);
-    plot.key.entries.push_back({name, ink_of_series(number).points(0.6),
-                                fmt::format("{}:  c = {},  D = {}", name, in_words(curve.c), in_words(curve.D))});
+    plot.add_key(name, ink_of_series(number).points(0.6));
     slopes_c.push_back(in_words(curve.slope_c));
     slopes_D.push_back(in_words(curve.slope_D));
     std::vector<std::string> shifts;
@@ -337,9 +336,6 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   }
   for (const std::size_t q : {0, 1}) {
     Panel& panel = panels[q].panel;
-    panel.left = q == 0 ? 0.12 : 0.615;
-    panel.right = q == 0 ? 0.48 : 0.97;
-    panel.name = q == 0 ? 0.015 : 0.53;
     panel.x = log_axis("million beads drawn", widened_by_factor(panels[q].x, 1.4));
     panel.y = log_axis(fmt::format("standard error of {}", quantities[q].name), widened_by_factor(panels[q].y, 1.3));
     plot.panels.push_back(panel);

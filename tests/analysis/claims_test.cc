@@ -140,15 +140,16 @@ TEST_CASE("A verdict names both distances, and what it would cost if there is no
   judge_by_number(far, known(0.68, 0.03), {.value = 0.4, .error = 0.01}, Rival{1, "stochastic theory"}, "The exponent");
   CHECK(far.verdict == not_reproduced);
   CHECK(far.rival == 1);
-  CHECK_THAT(far.explanation, Contains("is 0.680(30), in combined errors 8.9 above the paper’s value and 11 from 1.0 "
+  CHECK_THAT(far.explanation, Contains("is 0.680(30), 8.9 combined errors above the paper’s value and 11 from 1.0 "
                                        "(stochastic theory)."));
   judge_by_number(near, known(0.41, 0.03), {.value = 0.4, .error = 0.01}, {}, "The exponent");
   CHECK(near.verdict == not_decided);
-  CHECK_THAT(near.explanation, Contains("0.32 above the paper’s value and 2.3 from 0.48 (20 % off); about"));
+  CHECK_THAT(near.explanation,
+             Contains("0.32 combined errors above the paper’s value and 2.3 from 0.48 (20 % off); about"));
   Claim own;
   own.beyond_paper = true;
   judge_by_number(own, known(1.18, 0.02), {.value = 1}, {}, "The power");
-  CHECK_THAT(own.explanation, Contains("9.0 above the 1.0 of this test"));
+  CHECK_THAT(own.explanation, Contains("9.0 combined errors above the 1.0 of this test"));
 }
 
 namespace {

@@ -182,12 +182,12 @@ TEST_CASE("Points too far from their law for the narrow panel are arrows at its 
     if (result.scanned() == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
   }
   const Figure figure = plot_propagation_against_diffusion(analysis, run.path());
-  CHECK(contains(figure.details, "too far from the law for it, μ = 0.4."));
+  CHECK(contains(figure.details, "too far from the fit for it, μ = 0.4."));
   CHECK(contains(read_file(run.path() / figure.script), ", graph 0.3 to first "));
   for (Transport& result : analysis.results) {
     if (result.scanned() == 0.3) result.D.value = 0.01;
   }
-  CHECK(contains(plot_scaling_with_friction(analysis, run.path()).details, "too far from the law, μ = 0.3."));
+  CHECK(contains(plot_scaling_with_friction(analysis, run.path()).details, "too far from the fit, μ = 0.3."));
 }
 
 TEST_CASE("Deep peaks far out keep their names inside the frame") {
@@ -255,7 +255,7 @@ TEST_CASE("c against D shows the fit, both kinds of points, and names every poin
   CHECK(contains(figure.details, "α = 0.688(43)"));
   CHECK(contains(figure.alternative, "c falls with the diffusion coefficient D"));
   const std::string svg = read_file(run.path() / figure.screen), script = read_file(run.path() / figure.script);
-  for (const char* label : {"diffusion coefficient D  (bead diameters)", "propagation coefficient c", "over law",
+  for (const char* label : {"diffusion coefficient D  (bead diameters)", "propagation coefficient c", "data / fit",
                             "c₀ = tan 30°", "slopes: α = 0.688(43)"}) {
     INFO(label);
     CHECK(contains(svg, label));
@@ -274,7 +274,8 @@ TEST_CASE("The scaling with friction shows slopes beside what is read at one dep
   CHECK(contains(figure.details, "β = 2.538(81)"));
   CHECK(contains(figure.details, "at z = 95.8, with β = 2.790(70)"));
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"slopes: β = 2.538(81)", "at z = 95.8: β = 2.790(70)", "the paper: β ≈ 2.5", "over law"}) {
+  for (const char* label :
+       {"slopes: β = 2.538(81)", "at z = 95.8: β = 2.790(70)", "the paper: β ≈ 2.5", "data / fit"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }

@@ -280,7 +280,7 @@ TEST_CASE("A script of an author's own stands in for the common one, and is fill
   write_file(words / "plot/no_such_figure.gp.mustache", "");
   CHECK_THROWS_AS(use_templates(words.path()), InputError);
   use_templates({});
-  CHECK(contains(svg, ">difference<"));
+  CHECK(contains(svg, ">c − c₀√κ<"));
   CHECK(count_visible_curves(svg) == 3);
 }
 

@@ -142,7 +142,7 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
     for (const char* label :
          {"position x (bead diameters)", "response P(x)", "depth z (bead diameters)", "xₚ/z", "W²/z",
           "friction coefficient μ", "diffusion coefficient D (bead diameters)", "propagation coefficient c", "c₀ − c",
-          "fitted double Gaussian", "the paper: γ = 1", "residual / σ", "over law"}) {
+          "fitted double Gaussian", "the paper: γ = 1", "residual / σ", "data / fit"}) {
       INFO(label);
       CHECK(contains(text, label));
     }

@@ -127,9 +127,9 @@ std::string number_in_words(const Claim& claim) {
   return number;
 }
 
-std::string rival_in_words(const Claim& claim) {
-  return fmt::format("{} from {} ({})", significant(std::abs(claim.rival_distance), 2), significant(claim.rival, 2),
-                     claim.rival_name);
+std::string rival_in_words(const Claim& claim, const char* unit = "") {
+  return fmt::format("{}{} from {} ({})", significant(std::abs(claim.rival_distance), 2), unit,
+                     significant(claim.rival, 2), claim.rival_name);
 }
 
 void take_unmeasured(Claim& claim, const std::string& what) {
@@ -191,7 +191,7 @@ void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& 
   claim.rival_distance = judged.rival_distance;
   const std::string held_against =
       claim.beyond_paper ? "the " + significant(paper.value, 2) + " of this test" : "the paper’s value";
-  claim.explanation = fmt::format("{} is {}, in combined errors {} {} {} and {}", what, number_in_words(claim),
+  claim.explanation = fmt::format("{} is {}, {} combined errors {} {} and {}", what, number_in_words(claim),
                                   significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below",
                                   held_against, rival_in_words(claim));
   claim.explanation +=
@@ -212,7 +212,7 @@ void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumbe
                   : std::abs(from_paper) > agreement         ? not_reproduced
                                                              : not_decided;
   claim.explanation =
-      fmt::format("{} is {}, in combined errors {}", what, number_in_words(claim), rival_in_words(claim));
+      fmt::format("{} is {}, {}", what, number_in_words(claim), rival_in_words(claim, " combined errors"));
   claim.explanation +=
       claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
 }

@@ -169,7 +169,7 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
               {"contacts", fields_of(contacts)},
               {"normal", axis_json(linear_axis("normal force N", normal, 5))},
               {"tangential", axis_json(linear_axis("tangential force T", tangential, 6))}};
-  plot.key = {.inches = 0.52, .lines = 2, .sample = 2.2, .small = false, .entries = {}};
+  plot.key = {.inches = 0.52, .lines = 2, .sample = 2.2, .entries = {}};
   plot.add_key("forces on the bead", {.colour = "blue", .width = 2.2});
   plot.add_key("contact directions, 30° from the vertical", {.width = 0.9, .dash = 2});
   plot.add_key("friction cones |T| ≤ μN", {.with = "filledcurves", .colour = "sky_blue"});

@@ -33,6 +33,7 @@ Range with_margins(const Range& data) {
 struct DepthPlot {
   Plot plot;
   Panel position = left_panel(), width = right_panel(), shift = left_panel(), square = right_panel();
+  Range shift_range;
   TemplateVariables caption;
 };
 
@@ -54,8 +55,8 @@ void add_depths(DepthPlot& figure, const Transport& result) {
   // Those outside the window of the slopes, and those inside.
   std::array<CsvTable, 2> positions{CsvTable(of_position), CsvTable(of_position)},
       widths{CsvTable(of_width), CsvTable(of_width)};
-  Range position_range, width_range, z_range, shift_range, square_range;
-  shift_range.add(0);
+  Range position_range, width_range, z_range, square_range;
+  figure.shift_range.add(0);
   square_range.add(0);
   position_range.add(result.c0());
   width_range.add(0);
@@ -78,15 +79,14 @@ void add_depths(DepthPlot& figure, const Transport& result) {
     positions[inside].add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error, chi2});
     widths[inside].add_row(
         {fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error, chi2});
-    shift_range.add(shift, fit.peak_position.standard_error);
+    figure.shift_range.add(shift, fit.peak_position.standard_error);
     square_range.add(fit.width_squared.value, fit.width_squared.standard_error);
     position_range.add(position, position_error);
     width_range.add(width, width_error);
   }
-  shift_range.add((result.c_thrust.value - result.c0()) * z_range.high);
   figure.position.y = linear_axis("xₚ/z", with_margins(position_range), 5);
   figure.width.y = linear_axis("W²/z", with_margins(width_range), 5);
-  figure.shift.y = linear_axis("xₚ − c₀ z", with_margins(shift_range), 5);
+  figure.shift.y = linear_axis("xₚ − c₀ z", with_margins(figure.shift_range), 5);
   figure.square.y = linear_axis("W²", with_margins(square_range), 5);
   const Range z_axis = range_of(0, 10 * std::ceil((z_range.high + 1) / 10));
   for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) {
@@ -142,6 +142,7 @@ bool add_thrust(DepthPlot& figure, const Transport& result) {
     // It meets the line of c where the window begins.
     const double offset =
         with_c ? result.position_offset.value + (result.c.value - result.c_thrust.value) * window.low : 0;
+    figure.shift_range.add(slope * window.high + offset);
     figure.shift.add_function(fmt::format("{} * $1 + {}", exact(slope), exact(offset)), window.low, window.high,
                               {.colour = "bluish_green", .width = 1.6});
   }
@@ -185,9 +186,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   figure.plot.key = {.inches = 0.5, .lines = 2, .sample = 1.8, .entries = {}};
   const double row = figure.plot.height - figure.plot.key.inches;
   figure.position.bottom = figure.width.bottom = lower_row + 0.48;
-  figure.position.name_height = figure.width.name_height = 0.36;
   figure.shift.top = figure.square.top = row - lower_row + 0.12;
-  for (Panel* panel : {&figure.width, &figure.square}) panel->left = 0.605, panel->name = 0.518;
   figure.caption["mu"] = caption_number(result->scanned());
   figure.caption["mu_differs"] = result->scanned() == spec.mu ? "" : caption_number(spec.mu);
   Range window;
@@ -195,8 +194,8 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) panel->band = window;
   figure.caption["window_top"] = caption_number(window.low);
   figure.caption["window_bottom"] = caption_number(window.high);
-  add_depths(figure, *result);
   const bool thrust = add_thrust(figure, *result);
+  add_depths(figure, *result);
   const bool with_c =
       add_slope(figure, "c", result->c, result->position_offset, figure.position, figure.shift, result->c0());
   const bool with_D = add_slope(figure, "D", result->D, result->width_offset, figure.width, figure.square, 0);
@@ -430,7 +429,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
               {"response", axis_json(linear_axis("response P(x)", y_axis, 6, range))},
               {"residual", axis_json({"residual / σ", -reach, 1.6 * reach, false, three_marks(reach)})},
               {"right_hand_peak", "right-hand peak"}};
-  plot.key = {.inches = 0.3, .horizontal = true, .centred = true, .small = false, .entries = {}};
+  plot.key = {.inches = 0.3, .horizontal = true, .centred = true, .entries = {}};
   plot.add_key("±1 standard error", {.with = "filledcurves", .colour = "sky_blue"});
   plot.add_key("measured mean", {.colour = "blue", .width = 0.7});
   plot.add_key("fitted double Gaussian", {.colour = "black", .width = 1.4});

@@ -26,7 +26,7 @@ void GrowingPanel::add(Plot& plot, const std::string& name, const CurveRows& row
   panel.add(plot.add_data(name, table), line ? "1:2" : "1:2:3", style);
 }
 
-Panel GrowingPanel::whole(double left, double right, double name) const {
+Panel GrowingPanel::whole(Panel filled) const {
   if (panel.curves.empty()) {
     throw InputError(
         "the panel of {} against {} has nothing to show, because nothing of it was measured well enough; ask for more "
@@ -37,10 +37,7 @@ Panel GrowingPanel::whole(double left, double right, double name) const {
     const double margin = range.size() > 0 ? 0.06 * range.size() : 0.5;
     return linear_axis(label, {range.low == 0 ? 0 : range.low - margin, range.high + margin, false}, 6, range);
   };
-  Panel filled = panel;
-  filled.left = left;
-  filled.right = right;
-  filled.name = name;
+  filled.curves = panel.curves;
   filled.x = linear(x_label, x);
   filled.y = log_y ? log_axis(y_label, widened_by_factor(y, 1.3)) : linear(y_label, y);
   return filled;
@@ -56,7 +53,7 @@ Plot two_panels(const char* id) {
 
 Figure plot_panels(Plot& plot, const GrowingPanel& left, const GrowingPanel& right, TemplateVariables variables,
                    const std::filesystem::path& run_folder) {
-  plot.panels = {left.whole(0.115, 0.485, 0.014), right.whole(0.61, 0.985, 0.515)};
+  plot.panels = {left.whole(left_panel()), right.whole(right_panel())};
   std::string file = plot.id;
   for (char& letter : file) letter = letter == '-' ? '_' : letter;
   return plot_figure(plot, {"studies/" + file + ".captions", std::move(variables)}, run_folder);

@@ -24,9 +24,8 @@ struct GrowingPanel {
   /// and a unit: "z: bead diameters".
   void add(Plot& plot, const std::string& name, const CurveRows& rows, const Style& style, const std::string& x_column,
            const std::string& y_column);
-  /// The panel between these shares of a plot's width; `name`: where the name of its vertical axis stands. Throws
-  /// InputError where it has no curve.
-  Panel whole(double left, double right, double name) const;
+  /// The panel at the place of this empty one. Throws InputError where it has no curve.
+  Panel whole(Panel filled) const;
 };
 
 /// A plot of two panels side by side, with a key of three lines.

@@ -54,7 +54,7 @@ Panel left_panel() {
 Panel right_panel() {
   Panel panel;
   panel.left = 0.6;
-  panel.name = 0.52;
+  panel.name = 0.513;
   return panel;
 }
 
@@ -71,7 +71,9 @@ Json to_json(const Style& style) {
           {"dash", style.dash}, {"marker", style.marker}, {"size", style.size}};
 }
 
-Json to_json(const Axis& axis) {
+}  // namespace
+
+Json axis_json(const Axis& axis) {
   Json ticks = Json::array();
   for (const Tick& tick : axis.ticks) ticks.push_back({{"label", tick.label}, {"at", tick.at}, {"minor", tick.minor}});
   return {{"label", axis.silent ? "" : axis.label},
@@ -81,10 +83,6 @@ Json to_json(const Axis& axis) {
           {"log", axis.log},
           {"ticks", ticks}};
 }
-
-}  // namespace
-
-Json axis_json(const Axis& axis) { return to_json(axis); }
 
 namespace {
 
@@ -109,20 +107,14 @@ Json to_json(const Panel& panel) {
     arrows.push_back(one);
   }
   if (!panel.band.empty) bands.push_back({{"from", panel.band.low}, {"to", panel.band.high}});
-  return {{"left", panel.left},
-          {"right", panel.right},
-          {"top", panel.top},
-          {"bottom", panel.bottom},
-          {"name", panel.name},
-          {"name_height", panel.name_height},
-          {"name_above", panel.name_above},
-          {"x", to_json(panel.x)},
-          {"y", to_json(panel.y)},
-          {"bands", bands},
-          {"texts", texts},
-          {"arrows", arrows},
-          {"function_first", !panel.curves.empty() && !panel.curves.front().function.empty()},
-          {"curves", curves}};
+  return {
+      {"left", panel.left},      {"right", panel.right},
+      {"top", panel.top},        {"bottom", panel.bottom},
+      {"name", panel.name},      {"name_above", panel.name_above},
+      {"x", axis_json(panel.x)}, {"y", axis_json(panel.y)},
+      {"bands", bands},          {"texts", texts},
+      {"arrows", arrows},        {"function_first", !panel.curves.empty() && !panel.curves.front().function.empty()},
+      {"curves", curves}};
 }
 
 /// Panels that stand one above the other begin where the longest of their labels leaves room for it.
@@ -157,14 +149,17 @@ Json to_json(const Plot& plot) {
   name_series(all, plot.key);
   for (const Panel& panel : all) panels.push_back(to_json(panel));
   for (const KeyEntry& entry : plot.key.entries) {
-    Json one = {{"title", entry.title}, {"wide_title", entry.wide_title}};
+    Json one = {{"title", entry.title}};
     one.update(to_json(entry.style));
     entries.push_back(one);
   }
   const PlotKey& key = plot.key;
   const bool halves =
       std::ranges::any_of(plot.panels, [](const Panel& panel) { return panel.left >= 0.5 || panel.right <= 0.5; });
+  // Where they stand one above the other, the left ends of the panels on either side meet.
+  const auto far = std::ranges::find_if(all, [](const Panel& panel) { return panel.left >= 0.5; });
   Json json = {{"height", plot.height},
+               {"apart", far == all.end() ? 0.492 : far->left - all.front().left},
                {"half_width", plot.half_width},
                {"columns", halves ? 2 : 1},
                {"key",
@@ -173,7 +168,6 @@ Json to_json(const Plot& plot) {
                  {"horizontal", key.horizontal},
                  {"centred", key.centred},
                  {"sample", key.sample},
-                 {"small", key.small},
                  {"entries", entries}}},
                {"with_key", !key.entries.empty()},
                {"panels", panels}};

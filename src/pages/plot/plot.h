@@ -80,9 +80,8 @@ struct PanelArrow {
 struct Panel {
   Axis x, y;
   double left = 0.105, right = 0.985;
-  double name = 0.014;       ///< where the name of the vertical axis stands
-  double name_height = 0.5;  ///< of its middle, as a share of the panel
-  bool name_above = false;   ///< it stands above the axis
+  double name = 0.014;      ///< where the name of the vertical axis stands
+  bool name_above = false;  ///< it stands above the axis
   double top = 0.08, bottom = 0.48;
   std::vector<Curve> curves;
   std::vector<PanelText> texts;
@@ -106,7 +105,6 @@ Panel right_panel();
 struct KeyEntry {
   std::string title;
   Style style;
-  std::string wide_title = {};  ///< where there is room for more
 };
 
 /// What stands above the panels.
@@ -116,7 +114,6 @@ struct PlotKey {
   bool horizontal = false;  ///< filled line by line
   bool centred = false;     ///< in its height
   double sample = 2.5;      ///< length of a sample, in letters
-  bool small = true;        ///< text of 8 pt
   std::vector<KeyEntry> entries;
 };
 

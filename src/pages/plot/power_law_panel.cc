@@ -92,7 +92,7 @@ class LawPanel {
     lower_.top = row - upper_.bottom + 0.06;
     upper_.x = lower_.x = log_axis(wanted.x_label, x_);
     upper_.y = log_ ? log_axis(wanted.y_label, y_) : linear_axis(wanted.y_label, y_, 7);
-    lower_.y = linear_axis("over law", ratio_, 4);
+    lower_.y = linear_axis("data / fit", ratio_, 4);
     if (with_ratios_) upper_.x = without_words(upper_.x);
     lower_.add_level(1, {.colour = "frame", .width = 0.8});
     const double room = upper_.name_above ? 0 : room_for_labels(upper_.y.ticks, wanted.left - upper_.name);

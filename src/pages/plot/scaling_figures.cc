@@ -192,8 +192,8 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   }
   Plot plot;
   plot.id = thrust_id;
-  plot.height = 2.4;
-  plot.key = {.inches = 0.34, .horizontal = true, .centred = true, .sample = 2, .small = false, .entries = {}};
+  plot.height = 2.1;
+  plot.key = {.inches = 0.34, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
   const std::string file = plot.add_data("", table);
   const Style level{.colour = "frame", .width = 0.8};
   const Ink peaks{"blue", 7}, thrust{"bluish_green", 13};
@@ -203,9 +203,7 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   left.add_level(analysis.c0(), level);
   left.add(file, "1:4:5", thrust.bars(0.9, 0.8));
   left.add(file, "1:2:3", peaks.bars(0.9, 0.5));
-  right.left = 0.605;
-  right.name = 0.512;
-  right.y = linear_axis("difference", with_margins(difference, 0.001), 6);
+  right.y = linear_axis("c − c₀√κ", with_margins(difference, 0.001), 6);
   right.add_level(0, level);
   right.add(file, "1:6:7", peaks.bars(0.9, 0.5));
   plot.panels = {left, right};

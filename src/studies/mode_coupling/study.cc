@@ -113,8 +113,8 @@ Figure plot_waves(const std::vector<CoupledSpreading>& measured, const std::file
     speed.add(line, "1:3", ink.line(1));
     speed.add(file, "1:4:5", ink.bars(0.8, 0.5));
     plot.add_key(title_of(one.mu), ink.points(0.6));
-    chi2.push_back(fmt::format("{:.1f} of {} at μ = {}", one.of_waves.chi2, one.of_waves.degrees_of_freedom,
-                               caption_number(one.mu)));
+    chi2.push_back(
+        fmt::format("{:.1f}/{} at μ = {}", one.of_waves.chi2, one.of_waves.degrees_of_freedom, caption_number(one.mu)));
     if (one.speeds.ratio.known()) ratios.push_back(said_of(one.speeds.ratio, one.mu));
   }
   if (plot.key.entries.empty()) {
@@ -125,7 +125,7 @@ Figure plot_waves(const std::vector<CoupledSpreading>& measured, const std::file
   plot.add_key("D + 2 B k^{−1/2}, B k^{1/2}", {.width = 1});
   spreading.x = speed.x = log_axis("wave number k  (1/bead diameter)", widened_by_factor(k, 1.2));
   spreading.y = log_axis("D(k)  (bead diameters)", widened_by_factor(diffusion, 1.3));
-  speed.y = linear_axis("c(k) − c_thrust", widened(faster, 0.06), 6, faster);
+  speed.y = linear_axis("c(k) − c₀√κ", widened(faster, 0.06), 6, faster);
   plot.panels = {spreading, speed};
   return plot_figure(
       plot, {"studies/waves_of_sound.captions", {{"chi2", enumeration(chi2)}, {"ratios", enumeration(ratios)}}},
@@ -147,8 +147,7 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
         "more piles");
   }
   const double root = std::sqrt(kpz_peak().variance);
-  const Style gaussian{.width = 0.9, .dash = 2}, kpz{.width = 0.9, .dash = 3},
-      levy{.colour = "vermilion", .width = 1.3};
+  const Style gaussian{.width = 0.9, .dash = 3}, kpz{.width = 0.9, .dash = 2}, levy{.width = 1.3};
   Panel heights = left_panel(), excess = right_panel();
   Range difference;
   CsvTable shapes({"x: widths", "gaussian: dimensionless", "kpz: dimensionless"});
@@ -200,7 +199,7 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
   excess.add(file, "1:3", levy);
   plot.add_key(fmt::format("predicted, z = {:.0f}", deepest), levy);
   plot.add_key("Gaussian", gaussian);
-  plot.add_key("f_{KPZ}", kpz);
+  plot.add_key("KPZ", kpz);
   heights.x = excess.x = {"(x − xₚ)/W", -4, 4, false, {{"−4", -4}, {"−2", -2}, {"0", 0}, {"2", 2}, {"4", 4}}};
   heights.y = linear_axis("2 W P(x)", {-0.02, 0.48, false}, 6);
   excess.y = linear_axis("2 W P − Gaussian", widened(difference, 0.06), 6, difference);
@@ -429,7 +428,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     for (const CoupledSpreading& one : measured_) {
       const Estimate& strength = one.strength;
       if (!strength.known()) continue;
-      all.push_back(fmt::format("{} at μ = {}", value_with_error(strength.value, strength.standard_error), one.mu));
+      all.push_back(said_of(strength, one.mu));
       const double z = std::abs(strength.value - 1) / strength.standard_error;
       if (farthest != nullptr && z <= farthest_z) continue;
       farthest = &one;
@@ -439,8 +438,9 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
       leave_open(claim, "B is not known: give the study more piles");
       return {claim};
     }
-    judge_by_number(claim, farthest->strength, {.value = 1, .tolerance = most_amiss}, {},
-                    fmt::format("That ratio at μ = {}, where it is farthest from 1,", farthest->mu));
+    judge_by_number(
+        claim, farthest->strength, {.value = 1, .tolerance = most_amiss}, {},
+        fmt::format("Measured over predicted strength at μ = {}, where it is farthest from 1,", farthest->mu));
     if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
     return {claim};
   }

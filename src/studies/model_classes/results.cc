@@ -374,7 +374,6 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
   Panel &slowing = panels.slowing, &profiles = panels.profiles;
   slowing.x = log_axis("D  (bead diameters)", widened_by_factor(panels.D, 1.4));
   slowing.y = log_axis("c₀ − c", widened_by_factor(panels.c, 1.4));
-  profiles.left = 0.585;
   profiles.x = {"x/z", -1, 1, false, {{"−1", -1}, {"−0.5", -0.5}, {"0", 0}, {"0.5", 0.5}, {"1", 1}}};
   const Range& height = panels.height;
   profiles.y = linear_axis("z P(x, z)", {height.low - 0.03 * height.size(), height.high + 0.05 * height.size(), false},
