@@ -48,6 +48,7 @@ set output sprintf('%s/time-with-size.svg', folder)
 set terminal svg size 760,330 dynamic background rgb 'white' font 'DejaVu Sans,11'
 ensemble(program, mu) = strcol(1) eq program && $2 == mu && $3 != $4
 pile(mu) = strcol(1) eq 'granuscope' && $2 == mu && $3 == $4
+light_blue = '#5fb4ea'  # of the smaller mu, as in the program's figures
 set multiplot
 set tmargin at screen 0.88
 set bmargin at screen 0.16
@@ -59,9 +60,9 @@ set key at graph 0.03, 0.99 left top Left reverse maxrows auto
 set xlabel 'beads of all piles'
 set ylabel 'processor seconds'
 @left
-plot file('time-with-size') using (ensemble('NumPy', 0.1) ? $3 * $4 * $5 : NaN):6 skip 1 with linespoints lc rgb colours[2] pt 5 ps 0.6 title 'NumPy, μ = 0.1', \
-  '' using (ensemble('granuscope', 0.3) ? $3 * $4 * $5 : NaN):6 skip 1 with linespoints lc rgb colours[6] pt 6 ps 0.6 title 'granuscope, μ = 0.3', \
-  '' using (ensemble('granuscope', 0.1) ? $3 * $4 * $5 : NaN):6 skip 1 with linespoints lc rgb colours[4] pt 7 ps 0.6 title 'granuscope, μ = 0.1', \
+plot file('time-with-size') using (ensemble('NumPy', 0.1) ? $3 * $4 * $5 : NaN):6 skip 1 with linespoints lc rgb colours[3] pt 5 ps 0.6 title 'NumPy, μ = 0.1', \
+  '' using (ensemble('granuscope', 0.3) ? $3 * $4 * $5 : NaN):6 skip 1 with linespoints lc rgb colours[4] pt 6 ps 0.6 title 'granuscope, μ = 0.3', \
+  '' using (ensemble('granuscope', 0.1) ? $3 * $4 * $5 : NaN):6 skip 1 with linespoints lc rgb light_blue pt 7 ps 0.6 title 'granuscope, μ = 0.1', \
   1e-8 * x with lines lc rgb '#7f7f7f' dt 2 title '10 ns a bead'
 @right
 unset logscale y
@@ -73,8 +74,8 @@ set key at graph 0.97, 0.05 right bottom
 set xtics (64, 125, 250, 500, 1000, 2000, 4000)
 set xlabel 'layers and columns of a pile'
 set ylabel 'processor ns per bead'
-plot file('time-with-size') using (pile(0.3) ? $4 : NaN):(1e9 * $6 / ($3 * $4 * $5)) skip 1 with linespoints lc rgb colours[6] pt 6 ps 0.6 title 'μ = 0.3', \
-  '' using (pile(0.1) ? $4 : NaN):(1e9 * $6 / ($3 * $4 * $5)) skip 1 with linespoints lc rgb colours[4] pt 7 ps 0.6 title 'μ = 0.1'
+plot file('time-with-size') using (pile(0.3) ? $4 : NaN):(1e9 * $6 / ($3 * $4 * $5)) skip 1 with linespoints lc rgb colours[4] pt 6 ps 0.6 title 'μ = 0.3', \
+  '' using (pile(0.1) ? $4 : NaN):(1e9 * $6 / ($3 * $4 * $5)) skip 1 with linespoints lc rgb light_blue pt 7 ps 0.6 title 'μ = 0.1'
 unset multiplot
 set xtics autofreq
 

@@ -4,6 +4,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -116,6 +119,26 @@ TEST_CASE("Sentences of documents have at most 22 words on average") {
     CHECK(mean <= 22);
     CHECK(mean > 5);  // sentences were found
   }
+}
+
+TEST_CASE("Figures of documents have the shades of blue that the program gives to values of mu") {
+  // As templates/palette.txt has them, black and greys beside them; of what is drawn, not of empty groups.
+  const std::regex colour("'rgb\\( *([0-9]+), *([0-9]+), *([0-9]+)\\)");
+  const std::set<std::string> blues{"95,180,234", "47,148,214", "0,114,178", "0,80,127", "0,42,69"};
+  int figures = 0;
+  for (const auto& entry : fs::directory_iterator(project / "examples/figures")) {
+    const std::string svg = entry.path().extension() == ".svg" ? text_of(fs::relative(entry.path(), project)) : "";
+    if (svg.find(">μ = 0.3<") == std::string::npos) continue;
+    ++figures;
+    std::map<std::string, int> others;
+    for (auto it = std::sregex_iterator(svg.begin(), svg.end(), colour); it != std::sregex_iterator(); ++it) {
+      const std::string found = (*it)[1].str() + "," + (*it)[2].str() + "," + (*it)[3].str();
+      if (!blues.contains(found) && (*it)[1] != (*it)[2]) ++others[found];
+    }
+    INFO(entry.path());
+    CHECK(others == std::map<std::string, int>{});
+  }
+  CHECK(figures >= 4);
 }
 
 TEST_CASE("Links of documents lead to files and headings that are there") {
