@@ -8,6 +8,7 @@
 #include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
 #include "report/page.h"
+#include "report/page_overlays.h"
 #include "report/page_reader.h"
 #include "report/report.h"
 #include "report/report_data.h"
@@ -64,6 +65,17 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   CHECK(count(table, "<tr class=\"first\"") == 2);  // one for each friction coefficient
   CHECK(count(table, "without the shallowest quarter") == 1);
   CHECK(count(table, "<tbody>") == 2);  // none without a row: WeasyPrint would leave the heading alone on its page
+  // Paper has no such table, whose caption takes no number on screens: the others have the same ones. Facts are lines
+  // there.
+  const test::TemporaryFolder run;
+  const std::string printed =
+      report_page(data, nlohmann::ordered_json::parse(summary_json(data)), run.path(), PageMedium::print);
+  CHECK(table_of(printed, "shifts").empty());
+  const auto numbered = [](const std::string& html) {
+    return count(html.substr(0, html.find("id=\"provenance\"")), "<span class=\"caption\">");
+  };
+  CHECK(numbered(page.html) == numbered(printed) + 1);
+  CHECK(contains(page.html, ".shifts caption { counter-increment: none; }"));
   CHECK(count(table, "extended upwards by up to a quarter") == 2);
   CHECK(page.texts.at("/results/1/c/systematic") == "31");  // beside 0.57480(20)
   CHECK(contains(page.html, "(<span data-key=\"/results/1/c/systematic\">31</span>)"));
