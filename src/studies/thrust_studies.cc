@@ -468,11 +468,12 @@ double share_near(const Lattice& lattice, int layer, const std::vector<double>& 
   return inside / all;
 }
 
-}  // namespace
-
+/// Standard deviation of the share between single piles.
 double scatter_of_piles(const ChainShare& chains) {
   return chains.share.standard_error * std::sqrt(static_cast<double>(chains.samples));
 }
+
+}  // namespace
 
 ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
   const BlockSums& sums = ensemble.record.sums;

@@ -98,9 +98,6 @@ struct ChainShare {
 /// each is wide. Unknown, with the reason, where the piles are too shallow for that.
 ChainShare measure_chain_share(const MeasuredEnsemble& ensemble);
 
-/// Standard deviation of the share between single piles.
-double scatter_of_piles(const ChainShare& chains);
-
 /// The same share in the pile that the picture shows, which is drawn for it.
 void measure_shown_pile(ChainShare& chains, std::uint64_t sample);
 

@@ -75,6 +75,18 @@ TEST_CASE("Bad usage is status 2 with one message and no output") {
   }
 }
 
+TEST_CASE("Every flag for a whole number takes one as people write it, and signs of other places are named") {
+  const test::TemporaryFolder folder;
+  CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", "1e2"}).out, Contains("layers = 100 "));
+  CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", "64.0"}).out, Contains("layers = 64 "));
+  CHECK(granuscope_command({"new", "--mu", "0.3", "--layers", "64.5"}).code == 2);
+  CHECK_THAT(granuscope_command({"nightly", "none.toml", "--history", "h", "--grow", "1e3", "--keep", "1e1"}).err,
+             Contains("none.toml: there is no such file"));
+  CHECK_THAT(granuscope_command({"history", folder.path().string(), "show", "1.0"}).err, Contains("no history"));
+  CHECK_THAT(granuscope_command({"render", "p.h5", "p.png", "--window=\u22125,5,0,3"}).err,
+             Contains("--window=\u22125,5,0,3: there is the sign U+2212"));
+}
+
 TEST_CASE("A mistyped verb is answered with the nearest one") {
   CHECK_THAT(granuscope_command({"sampel"}).err, Contains("there is no verb \"sampel\"; did you mean sample?"));
   CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err, Contains("the verbs are new, run, ") && Contains(", doctor, "));

@@ -247,6 +247,13 @@ TEST_CASE("run reads what the shell has opened for it") {
   ::close(ends[1]);
   CHECK(resolved({"/dev/fd/" + std::to_string(ends[0])}).lattice.columns == 240);
   ::close(ends[0]);
+  REQUIRE(::pipe(ends) == 0);
+  const std::string contacts = "x1,y1,x2,y2,N\n0,0,1,0,5\n";
+  REQUIRE(::write(ends[1], contacts.data(), contacts.size()) == static_cast<ssize_t>(contacts.size()));
+  ::close(ends[1]);
+  CHECK_THAT(granuscope_command({"contacts", "/dev/fd/" + std::to_string(ends[0]), "--json"}).out,
+             Contains("\"contacts\": 1"));
+  ::close(ends[0]);
 }
 
 TEST_CASE("an experiment without any key is refused") {
@@ -444,6 +451,9 @@ TEST_CASE("every file that is written has the format that its name says") {
                                              {"compare", run, run, "--json", "c.csv"},
                                              {"sample", "--columns", "20", "--layers", "10", "--out", "p.vtu"},
                                              {"new", "--mu", "0.3", "--out", "e.json"},
+                                             {"new", "--mu", "0.3", "--out", "e.yaml"},
+                                             {"numbers", run, "--format", "csv", "--out", "n.png"},
+                                             {"bench", "sampler", "--json", "b.csv"},
                                              {"contacts", (folder / "none.csv").string(), "--histogram", "h.png"}}) {
     const CommandResult refused = granuscope_command(other);
     CHECK(refused.code == 2);

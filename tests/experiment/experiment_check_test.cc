@@ -29,10 +29,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-TEST_CASE("The default experiment can be run") {
-  CHECK_FALSE(find_problem(Experiment{}));
-  CHECK_NOTHROW(check_experiment(Experiment{}));
-}
+TEST_CASE("The default experiment can be run") { CHECK_FALSE(find_problem(Experiment{})); }
 
 TEST_CASE("Page 1 is about a study that is measured") {
   CHECK_THAT(problem_after([](Experiment& e) { e.report.about = "deep_response"; }),

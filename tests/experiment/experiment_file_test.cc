@@ -535,7 +535,7 @@ TEST_CASE("Text that is not TOML is refused with its place") {
   CHECK_THAT(refusal_of_file("[experiment]\nname = \"\xc3\x28\"\n"), Contains("not valid TOML"));
   CHECK_THAT(refusal_of_file("[sampling]\nseed = 99999999999999999999\n"), Contains("not valid TOML"));
   CHECK_THAT(refusal_of_file("a = " + std::string(100'000, '[')), Contains("not valid TOML"));
-  CHECK_THAT(refusal_of_file(std::string(2'000'000, '#')), Contains("2000000 bytes are too many"));
+  CHECK_THAT(refusal_of_file(std::string(2'000'000, '#')), Contains("more than 1000000 bytes are too many"));
 }
 
 TEST_CASE("What is no readable file is refused") {

@@ -384,6 +384,8 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
        {"line 3: N and T make a force of 5, fx and fy"}},
       {"# nothing\n\n", "", {"there is no line of numbers"}},
       {std::string("a\0b", 3), "", {"it is no text"}},
+      {std::string("\xff\xfei\0d\0", 6), "", {"it is in UTF-16"}},
+      {"id1,id2,N\n1,2,\u22125\n", three_discs, {"line 2: the sign U+2212"}},
       {"\x89HDF\r\n", "", {"granuscope export"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n3\nITEM: ENTRIES id1 id2 N\n1 2 1\n",
        three_discs,

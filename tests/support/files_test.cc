@@ -214,6 +214,16 @@ TEST_CASE("read_file says why it cannot") {
   CHECK_THROWS_AS(read_file(folder.path()), InputError);
   REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);  // nobody will ever write into it
   CHECK_THROWS_WITH(read_file(folder / "pipe"), Contains("It is not an ordinary file"));
+  write_file(folder / "four", "four");
+  CHECK(read_file(folder / "four", 4) == "four");
+  CHECK_THROWS_WITH(read_file(folder / "four", 3), Contains("4 bytes or more are too many"));
+  int ends[2] = {};  // what is open already has a writer
+  REQUIRE(::pipe(ends) == 0);
+  REQUIRE(::write(ends[1], "piped", 5) == 5);
+  ::close(ends[1]);
+  const std::string pipe = "/dev/fd/" + std::to_string(ends[0]);
+  CHECK_THROWS_WITH(read_file(pipe, 4), Contains("5 bytes or more are too many"));
+  ::close(ends[0]);
 }
 
 TEST_CASE("whether a file can be written is asked without writing it") {

@@ -220,14 +220,14 @@ std::vector<Key> keys_of(ModelSpec& model) {
       make_name_key("model.q_model", "split",
                     "share q of a bead's weight that its lower left neighbour gets: uniform on [0, 1], critical (0 or "
                     "1), or beta, of density 6 q (1 - q)",
-                    model.q_model.split, split_law_named),
+                    model.q_model.split, split_names, "law of the q-model"),
       make_key("model.q_model", "disorder", "", "by how much of that q deviates from 1/2", model.q_model.disorder,
                KeyRange{.why = "a share would leave [0, 1]"}.within(0, 1)),
       make_name_key(
           three_leg, "law",
           "share p of the middle leg: free (middle +- noise), positive (up to a share of the largest with which "
           "no leg pulls) or clipped (middle +- noise, cut to that)",
-          model.three_leg.law, middle_law_named),
+          model.three_leg.law, middle_names, "law of the three-leg model"),
       make_key(three_leg, "middle", "", "free, clipped: mean of p", model.three_leg.middle,
                KeyRange{.why = "something must be left for the outer legs"}.within(0, 1).below(1)),
       make_key(three_leg, "noise", "", "free, clipped: p is uniform on middle +- noise", model.three_leg.noise),
@@ -238,7 +238,7 @@ std::vector<Key> keys_of(ModelSpec& model) {
       make_key(three_leg, "cell_rows", "rows", "free: their height", model.three_leg.cell_rows,
                KeyRange{}.within(1, 1000)),
       make_name_key(osl, "noise", "v in sigma_xx = (1 + v) sigma_zz / 3: uniform or gaussian (cut at |v| = 1)",
-                    model.stochastic_osl.noise, noise_law_named),
+                    model.stochastic_osl.noise, noise_names, "noise of stochastic OSL"),
       make_key(osl, "disorder", "", "standard deviation of v", model.stochastic_osl.disorder,
                // v = -1 would stop the waves; with rows sqrt(3)/2 apart the explicit scheme is stable up to v = 3.
                KeyRange{.why = "v would reach -1, where sigma_xx changes sign and no wave propagates"}
@@ -273,13 +273,8 @@ std::string law_of(const ModelSpec& model) {
 
 std::string name_of(ModelName name) { return name_in(model_names, name); }
 std::string name_of(NoiseLaw law) { return name_in(noise_names, law); }
-NoiseLaw noise_law_named(const std::string& name) { return named_in(noise_names, name, "noise of stochastic OSL"); }
 std::string name_of(SplitLaw law) { return name_in(split_names, law); }
 std::string name_of(MiddleLaw law) { return name_in(middle_names, law); }
 ModelName model_named(const std::string& name) { return named_in(model_names, name, "model"); }
-SplitLaw split_law_named(const std::string& name) { return named_in(split_names, name, "law of the q-model"); }
-MiddleLaw middle_law_named(const std::string& name) {
-  return named_in(middle_names, name, "law of the three-leg model");
-}
 
 }  // namespace granuscope

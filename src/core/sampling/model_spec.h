@@ -143,12 +143,9 @@ ModelName model_named(const std::string& name);
 std::string law_of(const ModelSpec& model);
 /// "uniform", "gaussian".
 std::string name_of(NoiseLaw law);
-NoiseLaw noise_law_named(const std::string& name);
 /// "uniform", "critical", "beta".
 std::string name_of(SplitLaw law);
-SplitLaw split_law_named(const std::string& name);
 /// "free", "positive", "clipped".
 std::string name_of(MiddleLaw law);
-MiddleLaw middle_law_named(const std::string& name);
 
 }  // namespace granuscope

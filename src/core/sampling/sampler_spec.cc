@@ -80,8 +80,6 @@ std::string name_of(DrawnVariable drawn) { return name_in(drawn_names, drawn); }
 std::string law_of(const SamplerSpec& spec) { return spec.model.is_beads() ? name_of(spec.law) : law_of(spec.model); }
 
 Law law_named(const std::string& name) { return named_in(law_names, name, "law"); }
-LayerOrder layer_order_named(const std::string& name) { return named_in(order_names, name, "layer order"); }
-DrawnVariable drawn_named(const std::string& name) { return named_in(drawn_names, name, "drawn variable"); }
 RepairRules repair_rules_named(const std::string& name) { return named_in(rules_names, name, "set of repair rules"); }
 
 std::vector<Key> keys_of(SamplerSpec& spec) {
@@ -144,12 +142,12 @@ std::vector<Key> keys_of(SamplerSpec& spec) {
           table, "layer_order",
           "random start and direction in each layer, rightwards from a random start, or fixed (both break the mirror "
           "symmetry: for comparison only)",
-          spec.order, layer_order_named),
+          spec.order, order_names, "layer order"),
       make_name_key(
           table, "drawn",
           "granusolve: what each bead draws uniformly: a force, or the angle or T/N (ratio) of one of its two "
           "lower contacts, each half of the time (other laws, several times slower)",
-          spec.drawn, drawn_named)
+          spec.drawn, drawn_names, "drawn variable")
           .only_under("law", {name_of(Law::granusolve)}),
       make_name_key(table, "repair_rules",
                     "granusolve: all, or without some of the rules that repair a failing bead (no-pair, no-arcs, "
@@ -232,8 +230,8 @@ const ScanParameter& scan_parameter_named(const std::string& name, const Sampler
     if (one.name == name) return one;
     known += (known.empty() ? "" : ", ") + one.name;
   }
-  throw InputError(fmt::format("piles of the model {} do not depend on \"{}\"; {}", name_of(spec.model.name), name,
-                               known.empty() ? "leave it empty" : "choose one of: " + known));
+  throw InputError("piles of the model {} do not depend on \"{}\"; {}", name_of(spec.model.name), name,
+                   known.empty() ? "leave it empty" : "choose one of: " + known);
 }
 
 namespace {

@@ -99,13 +99,9 @@ bool drawn_side_by_side(const SamplerSpec& spec);
 
 /// "force", "angle", "ratio".
 std::string name_of(DrawnVariable drawn);
-/// Throws InputError naming the known ones.
-DrawnVariable drawn_named(const std::string& name);
 
 /// "random", "rightwards", "fixed".
 std::string name_of(LayerOrder order);
-/// Throws InputError naming them.
-LayerOrder layer_order_named(const std::string& name);
 
 /// "all", "no-pair", "no-arcs", "backtrack-only".
 std::string name_of(RepairRules rules);

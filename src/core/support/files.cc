@@ -21,6 +21,7 @@
 #include <thread>
 
 #include "support/error.h"
+#include "support/progress.h"
 
 namespace granuscope {
 bool path_exists(const fs::path& path) {
@@ -239,13 +240,27 @@ void require_replaceable(const fs::path& target, std::string_view begins) {
       target.string());
 }
 
-std::string read_file(const fs::path& source) {
-  constexpr std::uintmax_t largest_room = std::uintmax_t{1} << 30;  // a file may claim any size
+std::string read_file(const fs::path& source, std::uint64_t most) {
+  const auto require_size = [&](std::uint64_t size) {
+    if (size <= most) return;
+    throw InputError(
+        "{}: {} bytes or more are too many for a file of its kind (the limit is {}); is this the right file?",
+        source.string(), size, most);
+  };
   std::string bytes;
   std::error_code unknown;
-  if (const auto size = fs::file_size(source, unknown); !unknown) bytes.reserve(std::min(size, largest_room));
-  read_chunks(source, [&bytes](std::string_view chunk) { bytes.append(chunk); });
+  if (const auto size = fs::file_size(source, unknown); !unknown) {
+    require_size(size);
+    bytes.reserve(size);
+  }
+  read_chunks(source, [&](std::string_view chunk) { require_size(bytes.append(chunk).size()); });
   return bytes;
+}
+
+bool is_open_already(const fs::path& file) {
+  const std::string name = file.string();
+  return (name == "/dev/stdin" || name.starts_with("/dev/fd/") || name.starts_with("/proc/self/fd/")) &&
+         !file_exists(file) && !folder_exists(file);
 }
 
 void make_folder(const fs::path& folder) {
@@ -285,12 +300,13 @@ void require_visible(const fs::path& source) {
 
 void read_chunks(const fs::path& source, const std::function<void(std::string_view)>& take) {
   // Opening a pipe would wait for a writer, who may never come.
-  const FileDescriptor file(::open(source.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
+  const bool waits = is_open_already(source);
+  const FileDescriptor file(::open(source.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | (waits ? 0 : O_NONBLOCK)));
   if (!file.valid()) cannot_read(source, errno);
   struct stat status = {};
   if (::fstat(file.get(), &status) != 0) cannot_read(source, errno);
   if (S_ISDIR(status.st_mode)) cannot_read(source, EISDIR);
-  if (!S_ISREG(status.st_mode)) cannot_read(source, "It is not an ordinary file. Name another file.");
+  if (!S_ISREG(status.st_mode) && !waits) cannot_read(source, "It is not an ordinary file. Name another file.");
 
   std::vector<char> chunk(chunk_bytes);
   for (;;) {
@@ -301,6 +317,8 @@ void read_chunks(const fs::path& source, const std::function<void(std::string_vi
       return;
     } else if (errno != EINTR) {
       cannot_read(source, errno);
+    } else {
+      throw_if_interrupted();
     }
   }
 }

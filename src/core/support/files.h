@@ -122,14 +122,18 @@ void require_not_input(const fs::path& target, const std::vector<fs::path>& inpu
 /// that would take its place (`begins`), a picture, an archive or an HDF5 file has to hold the program's mark.
 void require_replaceable(const fs::path& target, std::string_view begins = {});
 
-/// The whole file. Throws InputError if it cannot be read.
-std::string read_file(const fs::path& source);
+/// The whole file. Throws InputError if it cannot be read, or has more than so many bytes: what comes from elsewhere
+/// may have no end.
+std::string read_file(const fs::path& source, std::uint64_t most = 1'000'000'000);
+
+/// Whether this names what a shell has opened already, a pipe say: /dev/stdin or /dev/fd/63, as of `<(command)`.
+bool is_open_already(const fs::path& file);
 
 /// Makes the folder and its parents. Throws EnvironmentError naming the folder and the system's reason.
 void make_folder(const fs::path& folder);
 
 /// Hands the bytes of a file to `take`, piece by piece, so that no file need fit in memory. Throws InputError naming
-/// the file if it is missing, unreadable or no ordinary file, but a folder, say, or a pipe.
+/// the file if it is missing, unreadable or no ordinary file, but a folder, say, or a pipe that is not open already.
 void read_chunks(const fs::path& source, const std::function<void(std::string_view)>& take);
 
 /// Name for work in progress beside a file called `name`: hidden, with its last letters (programs look at the suffix),

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 
@@ -155,9 +156,8 @@ Key make_key(std::string table, std::string name, std::string unit, std::string 
 }
 
 /// A key for one of several names; `named` throws InputError naming them all.
-template <class Field>
-Key make_name_key(std::string table, std::string name, std::string meaning, Field& field,
-                  Field (*named)(const std::string&)) {
+template <class Field, class Named>
+Key make_name_key(std::string table, std::string name, std::string meaning, Field& field, Named named) {
   return {std::move(table),
           std::move(name),
           "",
@@ -167,6 +167,13 @@ Key make_name_key(std::string table, std::string name, std::string meaning, Fiel
           [&field, named](const KeyValue& value) { field = named(std::get<std::string>(value)); },
           [&field] { return name_of(field); },
           [&field, named](const std::string& text) { field = named(text); }};
+}
+
+template <class Field, std::size_t count>
+Key make_name_key(std::string table, std::string name, std::string meaning, Field& field,
+                  const Names<Field, count>& names, const char* what) {
+  const auto named = [&names, what](const std::string& text) { return named_in(names, text, what); };
+  return make_name_key(std::move(table), std::move(name), std::move(meaning), field, named);
 }
 
 }  // namespace granuscope

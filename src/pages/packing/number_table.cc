@@ -12,11 +12,13 @@
 #include "support/files.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
+#include "support/provenance.h"
 
 namespace granuscope {
 namespace {
 
 constexpr std::size_t told_problems = 5;
+constexpr double memory_of_text = 3;  // of a byte: itself, its numbers, and contacts and particles made of them
 
 /// Goes through a text line by line, without the ends of lines of any system.
 class Lines {
@@ -113,8 +115,8 @@ void rename(const std::filesystem::path& file, const std::vector<std::string>& g
                       of = plain_name(one.substr(std::min(equals, one.size() - 1) + 1));
     const auto at = std::ranges::find(found, of);
     if (equals == std::string::npos || name.empty() || at == found.end()) {
-      throw InputError(fmt::format("{}: {} names no column; give NAME=COLUMN, of the columns {}", file.string(), one,
-                                   fmt::join(found, ", ")));
+      throw InputError("{}: {} names no column; give NAME=COLUMN, of the columns {}", file.string(), one,
+                       fmt::join(found, ", "));
     }
     std::ranges::replace(table.columns, name, "_" + name);
     table.columns[static_cast<std::size_t>(at - found.begin())] = name;
@@ -216,8 +218,8 @@ class Reader {
       std::vector<double> bounds;
       for_each_cell(line, ' ', [&](std::string_view cell) { bounds.push_back(number_in(cell)); });
       if (bounds.size() > 2 && bounds[2] != 0) {
-        throw InputError(fmt::format("{}, line {}: the box is tilted, which is not understood; unwrap the contacts",
-                                     file_.string(), lines.number()));
+        throw InputError("{}, line {}: the box is tilted, which is not understood; unwrap the contacts", file_.string(),
+                         lines.number());
       }
       // Of a tilted form three names of tilts come before the flags.
       if (axis > 1 || flags.size() < 3 || flags[flags.size() - 3 + axis] != "pp") continue;
@@ -239,8 +241,8 @@ class Reader {
     }
     if (given.empty() || renames(given)) return;
     if (given.size() != found.size()) {
-      throw InputError(fmt::format("{}, line {}: {} columns, and {} names are given: {}", file_.string(), line,
-                                   found.size(), given.size(), fmt::join(given, ",")));
+      throw InputError("{}, line {}: {} columns, and {} names are given: {}", file_.string(), line, found.size(),
+                       given.size(), fmt::join(given, ","));
     }
     table.columns = given;
   }
@@ -249,8 +251,10 @@ class Reader {
     if (number % 65536 == 0) throw_if_interrupted();
     const std::size_t before = table.numbers.size(), width = table.columns.size();
     for_each_cell(line, separator, [&](std::string_view cell) { table.numbers.push_back(number_in(cell)); });
-    if (separator != ',' && line.find(',') != std::string_view::npos) {
-      problems_.add(number, "a comma in a number: write a point for its decimals");
+    const bool minus = line.find("\u2212") != std::string_view::npos;
+    if (minus || (separator != ',' && line.find(',') != std::string_view::npos)) {
+      problems_.add(number, minus ? "the sign U+2212 in a number: write - for minus"
+                                  : "a comma in a number: write a point for its decimals");
       table.numbers.resize(before);
       return;
     }
@@ -265,8 +269,8 @@ class Reader {
   NumberTable finished(NumberTable table, bool even_empty = false) const {
     problems_.raise();
     if (table.lines.empty() && !even_empty) {
-      throw InputError(fmt::format("{}: there is no line of numbers in {}", file_.string(),
-                                   table.step ? fmt::format("step {:g}; --step takes another", *table.step) : "it"));
+      throw InputError("{}: there is no line of numbers in {}", file_.string(),
+                       table.step ? fmt::format("step {:g}; --step takes another", *table.step) : "it");
     }
     return table;
   }
@@ -292,7 +296,9 @@ void LineProblems::raise() const {
 }
 
 NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf part)
-    : file_(std::move(file)), names_(std::move(names)), text_(read_file(file_)) {
+    : file_(std::move(file)),
+      names_(std::move(names)),
+      text_(read_file(file_, static_cast<std::uint64_t>(usable_memory() / memory_of_text))) {
   if (text_.starts_with("ITEM:")) {
     Lines lines(text_);
     for (std::string_view line; lines.next(line);) {
@@ -316,17 +322,19 @@ NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf pa
   }
   NumberTable table;
   if (is_vtk(text_)) {
+    if (is_open_already(file_)) throw InputError("{}: VTK is read twice; write it into a file", file_.string());
     if (!names_.given.empty() && !renames(names_.given)) {
-      throw InputError(fmt::format("{}: arrays of VTK have names; give NAME=ARRAY for those to be read under another",
-                                   file_.string()));
+      throw InputError("{}: arrays of VTK have names; give NAME=ARRAY for those to be read under another",
+                       file_.string());
     }
     table = read_vtk_table(file_, text_, part);
   } else if (text_.substr(0, 4096).find("<graphml") != std::string::npos) {
     throw InputError("{}: it is GraphML, of which contacts are not read; export the pile as csv, vtu or dump-local",
                      file_.string());
   } else if (text_.find('\0') != std::string::npos) {
-    throw InputError(fmt::format("{}: it is no text; give a table, a dump of LAMMPS or LIGGGHTS as text, or vtu or vtk",
-                                 file_.string()));
+    const bool wide = text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff");
+    throw InputError("{}: it is {}; give a table, a dump of LAMMPS or LIGGGHTS as text, or vtu or vtk", file_.string(),
+                     wide ? "in UTF-16, not in UTF-8" : "no text");
   } else {
     table = Reader(file_, names_).plain(text_);
   }
@@ -343,8 +351,8 @@ NumberTable NumberFile::dump(std::optional<double> wanted, bool even_empty) cons
     std::string told;
     for (std::size_t k = 0; k < std::min(steps_.size(), told_problems); ++k)
       told += fmt::format(" {:g}", steps_[k].step);
-    throw InputError(fmt::format("{}: there is no step {:g} among its {}:{}{}; give one of them", file_.string(),
-                                 *wanted, steps_.size(), told, steps_.size() > told_problems ? " ..." : ""));
+    throw InputError("{}: there is no step {:g} among its {}:{}{}; give one of them", file_.string(), *wanted,
+                     steps_.size(), told, steps_.size() > told_problems ? " ..." : "");
   }
   NumberTable table;
   table.step = found->step;

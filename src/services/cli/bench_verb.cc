@@ -103,6 +103,7 @@ ExitCode bench(const BenchOptions& options, VerbContext& context) {
   for (const Suite& suite : suites) {
     if (options.suite != suite.name) continue;
     refuse_foreign_flags(options);
+    require_suffix(options.json_file.path, ".json");
     if (options.json_file.asked()) {  // missed now, not after minutes
       options.json_file.require_free({}, "{\n  \"measured\": {\"program\":\"granuscope");
       require_writable(options.json_file.path);

@@ -20,6 +20,7 @@
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
 #include "support/error.h"
+#include "support/key.h"
 #include "support/plain_text.h"
 #include "support/progress.h"
 #include "support/provenance.h"
@@ -158,19 +159,38 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   constexpr std::string_view unconverted = "Could not convert: ";
   const bool of_value = what.starts_with(unconverted);
   if (of_value) what = what.substr(unconverted.size()) + " is not a value that this flag can take";
-  const std::string odd = of_value || what.find("\u2212") != std::string::npos ? odd_sign_in(what) : "";
-  if (!odd.empty()) what += "; " + odd;
+  if (const std::string odd = of_value ? odd_sign_in(what) : ""; !odd.empty()) what += "; " + odd;
   return fmt::format("{}; granuscope{} --help lists what can be written here", what,
                      chosen.empty() ? "" : " " + chosen.front()->get_name());
 }
 
-/// A list of nothing: CLI11 would take the next flag for its value.
+/// Makes an option read 1e3 and 64.0, which are whole numbers, too, and say what is wrong with a count that is none.
+void read_whole_numbers(CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  if (type.find("INT") == std::string::npos) return;
+  const auto in_digits = [count = type.starts_with("UINT")](std::string& text) -> std::string {
+    std::uint64_t number = 0;
+    try {
+      key_fields::from_text(number, text);
+      text = std::to_string(number);
+    } catch (const InputError& error) {
+      if (count) return error.what();
+    }
+    return "";
+  };
+  option.transform(CLI::Validator(in_digits, "", ""));
+}
+
+/// No list of nothing, after which CLI11 would take the next flag for its value, and no signs of other places.
 void require_lists(int argc, const char* const* argv) {
   for (int i = 2; i < argc; ++i) {
     const std::string_view word = argv[i];
     if (!word.empty() && word.find_first_not_of(',') == std::string_view::npos) {
       throw InputError("\"{}\" behind {} is a list of nothing; give it values or leave it out", word, argv[i - 1]);
     }
+    const std::string_view value = word.substr(word.find('=') + 1);
+    const bool numbers = value.find_first_not_of("0123456789.,eE+-\u2212") == std::string_view::npos;
+    if (numbers && value.find("\u2212") != std::string_view::npos) throw InputError("{}: {}", word, odd_sign_in(value));
   }
 }
 
@@ -236,6 +256,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   app.get_formatter()->label("SUBCOMMAND", "VERB");
   for (CLI::App* verb : app.get_subcommands([](CLI::App* added) { return !added->get_group().empty(); })) {
     verb->group("Verbs");
+    for (CLI::Option* option : verb->get_options()) read_whole_numbers(*option);
   }
 
   if (argc < 2) {

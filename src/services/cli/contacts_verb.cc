@@ -13,9 +13,6 @@
 namespace granuscope {
 namespace {
 
-/// What is kept of a byte of text: itself, its numbers, and contacts and particles made of them.
-constexpr double memory_of_text = 3;
-
 struct ContactsOptions {
   std::string contacts, particles, walls, columns, particle_columns, wall_columns, histogram, of = "N", on_particles,
                                                                                               range, window;
@@ -128,7 +125,7 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   if (!options.range.empty()) scene.range = parse_range(options.range);
   if (std::array<double, 4> window{}; !options.window.empty()) {
     if (!parse_numbers(options.window, window)) {
-      throw InputError(fmt::format("--window {} is not X0,X1,Y0,Y1 in mean particle diameters", options.window));
+      throw InputError("--window {} is not X0,X1,Y0,Y1 in mean particle diameters", options.window);
     }
     scene.window = window;
   }
@@ -136,22 +133,22 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   if (options.has_mu && !(options.mu >= 0 && std::isfinite(options.mu))) {
     throw InputError("--mu is a friction coefficient: give a number from 0 on");
   }
-  const std::array<std::string, 3> written{options.image.path, options.histogram, options.on_particles};
-  for (const std::string& one : written) {
-    if (!one.empty() && std::ranges::count(written, one) > 1) throw InputError("two files have the name {}", one);
+  std::array<fs::path, 3> written{options.image.path, options.histogram, options.on_particles};
+  for (fs::path& one : written) one = one.lexically_normal();
+  for (const fs::path& one : written) {
+    if (!one.empty() && std::ranges::count(written, one) > 1)
+      throw InputError("two files have the name {}", one.string());
   }
   for (const auto& period : {options.period_x, options.period_y}) {
     if (period && !(*period > 0 && std::isfinite(*period))) throw InputError("a period of the box is a length above 0");
   }
   require_suffix(options.histogram, ".csv");
   require_suffix(options.on_particles, ".csv");
+  const std::vector<fs::path> inputs{options.contacts, options.particles, options.walls};
   if (options.image.asked()) {
     require_known_format(options.image.path);
-    options.image.require_free({options.contacts, options.particles, options.walls});
+    options.image.require_free(inputs);
   }
-  std::error_code none;
-  const auto bytes = std::filesystem::file_size(options.contacts, none);
-  if (!none) require_memory(memory_of_text * static_cast<double>(bytes), "give a file of fewer steps");
   const PackingSource source({options.contacts,
                               options.particles,
                               options.walls,
@@ -168,14 +165,17 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   if (packing.steps > 1 && packing.step && !options.step) {
     context.err << fmt::format("step {:g} is taken, of {}; --step takes another\n", *packing.step, packing.steps);
   }
+  const bool force = options.image.force, histogram = !options.histogram.empty(), sums = !options.on_particles.empty();
+  const std::array<std::pair<OutputFile, std::string>, 2> tables{
+      {{{options.histogram, force}, histogram ? histogram_of(packing, options) : ""},
+       {{options.on_particles, force}, sums ? particles_table(packing) : ""}}};
+  for (const auto& [file, text] : tables) file.require_free(inputs, text);  // before anything is written
   if (options.image.asked()) draw(packing, options, context);
-  const auto write = [&](const std::string& file, const std::string& text) {
-    if (file.empty()) return;
-    OutputFile{file, options.image.force}.write(text, {options.contacts, options.particles, options.walls});
-    context.wrote(file);
-  };
-  if (!options.histogram.empty()) write(options.histogram, histogram_of(packing, options));
-  if (!options.on_particles.empty()) write(options.on_particles, particles_table(packing));
+  for (const auto& [file, text] : tables) {
+    if (!file.asked()) continue;
+    file.write(text, inputs);
+    context.wrote(file.path);
+  }
   context.out << numbers_text(packing_numbers(packing, options.mu), options.json);
   return ExitCode::done;
 }

@@ -35,20 +35,6 @@ CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about) {
                                                              : "TEXT");
 }
 
-CLI::Validator whole_number() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        try {
-          std::uint64_t number = 0;
-          key_fields::from_text(number, text);
-        } catch (const InputError& error) {
-          return error.what();
-        }
-        return "";
-      },
-      "", "");
-}
-
 CLI::Validator output_file() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
@@ -73,15 +59,20 @@ std::string format_by_name(const std::string& file, const std::string& asked, st
   if (told != known.end() && !asked.empty() && told->second != asked) {
     throw InputError("the name {} says {} and --format says {}; let both say the same", file, told->second, asked);
   }
-  return told == known.end() ? asked : std::string(told->second);
+  if (told != known.end()) return std::string(told->second);
+  const auto own = std::ranges::find(known, asked, &SuffixOfFormat::second);
+  if (own != known.end() && suffix != ".txt") require_suffix(file, own->first);
+  return asked;
 }
 
 void require_suffix(const std::string& file, std::string_view own) {
-  constexpr std::array<std::string_view, 24> well_known = {
-      ".csv", ".eps", ".gz",  ".h5",  ".hdf5", ".html", ".jpg", ".json", ".md",  ".npz", ".pdf", ".png",
-      ".svg", ".tar", ".tex", ".tgz", ".toml", ".txt",  ".vtk", ".vtu",  ".xml", ".xz",  ".zip", ".7z"};
+  constexpr std::string_view well_known =
+      " .csv .eps .gz .h5 .hdf5 .html .jpg .json .md .npz .pdf .png .svg .tar .tex .tgz .toml .txt .vtk .vtu .xml .xz "
+      ".zip .7z .yml .yaml .gif .ps ";
   const std::string suffix = suffix_of(file);
-  if (suffix == own || (own == ".h5" && suffix == ".hdf5") || std::ranges::count(well_known, suffix) == 0) return;
+  if (suffix == own || (own == ".h5" && suffix == ".hdf5") ||
+      well_known.find(" " + suffix + " ") == std::string_view::npos)
+    return;
   throw InputError("the name {} says another format than the one that is written; let it end with {}", file, own);
 }
 

@@ -23,9 +23,6 @@ namespace granuscope {
 /// CLI11's own conversion silently takes for the largest one.
 CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about = "");
 
-/// A count from 0 to 2^64 - 1, written in digits.
-CLI::Validator whole_number();
-
 /// A file to be written. "-" would make a file of that name where a stream may have been meant.
 CLI::Validator output_file();
 

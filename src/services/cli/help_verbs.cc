@@ -212,7 +212,7 @@ void add_reference_verb(CLI::App& app, VerbContext& context) {
       for (const auto& [path, text] : installed_files(app)) {
         const auto file = std::filesystem::path(*folder) / path;
         make_folder(file.parent_path());
-        write_file(file, text);
+        OutputFile{file.string()}.write(text);
       }
       return ExitCode::done;
     }

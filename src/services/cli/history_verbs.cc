@@ -60,7 +60,6 @@ void add_nightly_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--grow", options->grow,
                    "samples by which the pool grows, at least 1, rounded up to whole rounds of eight for each block "
                    "(default: response.samples)")
-      ->check(whole_number())
       ->check([](const std::string& text) {
         return text.find_first_not_of('0') == std::string::npos
                    ? "a pool that does not grow is no measurement; give 1 or more"

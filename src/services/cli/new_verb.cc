@@ -25,7 +25,6 @@ std::vector<double> friction_of(const NewOptions& options) {
   std::vector<double> friction(options.mu.size());
   bool whole = true;
   for (std::size_t k = 0; k < friction.size(); ++k) {
-    if (const std::string odd = odd_sign_in(options.mu[k]); !odd.empty()) throw InputError("--mu: {}", odd);
     key_fields::from_text(friction[k], options.mu[k]);
     whole = whole && options.mu[k].find('.') == std::string::npos;
   }
@@ -115,6 +114,8 @@ std::string told_of(const std::string& text, const NewOptions& options) {
 std::string text_of_new(const NewOptions& options) {
   try {
     return told_of(file_text(options), options);
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request: no file was written, and the same command begins anew");
   } catch (const InputError& error) {
     const std::string said = error.what();
     const std::string place = "granuscope new:";

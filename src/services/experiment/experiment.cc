@@ -41,8 +41,8 @@ SceneSpec PictureSpec::scene_like(const ForceChainSpec& chains, double angle) co
   spec.window = {{-half, half, 0.0, static_cast<double>(chains.layers - 1)}};
   if (!window.empty()) {
     if (window.size() != 4) {
-      throw InputError(fmt::format(
-          "a window has four numbers but {} are given; write [x0, x1, first layer, last layer]", window.size()));
+      throw InputError("a window has four numbers but {} are given; write [x0, x1, first layer, last layer]",
+                       window.size());
     }
     std::copy(window.begin(), window.end(), spec.window->begin());
   }
@@ -578,7 +578,5 @@ std::string note_of_short_window(const Experiment& e) {
       "columns, and {} would hold them all.",
       last, usable, e.lattice.columns, std::floor(columns_needed(widest, usable)) + 1);
 }
-
-void check_experiment(const Experiment& experiment) { refuse(find_problem(experiment)); }
 
 }  // namespace granuscope

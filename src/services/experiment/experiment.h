@@ -82,9 +82,6 @@ std::vector<KeyProblem> find_value_problems(const Experiment& experiment);
 /// The first problem, or nothing if the experiment can be run.
 Problem find_problem(const Experiment& experiment);
 
-/// Throws InputError with the first problem, if there is one.
-void check_experiment(const Experiment& experiment);
-
 /// A sentence where the columns end the window of the fit above the last usable layer; else empty.
 std::string note_of_short_window(const Experiment& experiment);
 

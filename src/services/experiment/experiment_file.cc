@@ -28,7 +28,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <istream>
 #include <list>
 #include <map>
@@ -212,8 +211,8 @@ class Reader {
     }
     // What nobody has written is worth a word only where nothing that is written explains it.
     if (problems_.empty() && !of_derived.empty()) {
-      throw InputError(fmt::format("{}: {} (which follows from what the file says): {}", file_, of_derived.front().key,
-                                   of_derived.front().message));
+      throw InputError("{}: {} (which follows from what the file says): {}", file_, of_derived.front().key,
+                       of_derived.front().message);
     }
     if (!problems_.empty()) throw InputError(messages());
     return experiment_;
@@ -275,8 +274,8 @@ class Reader {
     } catch (const toml::parse_error& error) {
       if (!word) {
         const std::string odd = odd_sign_in(assignment);
-        throw InputError(fmt::format("--set {}: not valid TOML: {}; {}", assignment, error.description(),
-                                     odd.empty() ? "correct it, or put a text into double quotes" : odd));
+        throw InputError("--set {}: not valid TOML: {}; {}", assignment, error.description(),
+                         odd.empty() ? "correct it, or put a text into double quotes" : odd);
       }
     }
     std::string escaped;
@@ -284,7 +283,7 @@ class Reader {
     try {
       return toml::parse(fmt::format("{} = \"{}\"", key, escaped));
     } catch (const toml::parse_error& error) {
-      throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it", assignment, error.description()));
+      throw InputError("--set {}: not valid TOML: {}; correct it", assignment, error.description());
     }
   }
 
@@ -369,6 +368,9 @@ class Reader {
   }
 
   void refuse(const std::string& table, const std::string& name, const toml::source_position& position) {
+    constexpr std::size_t most = 1000;  // each is held against all that are known
+    if (problems_.size() > most)
+      throw InputError("{}: more than {} things are wrong; is this the right file?", file_, most);
     const std::string path = table.empty() ? name : table + "." + name;
     std::vector<std::string> known(tables_.begin(), tables_.end());
     std::vector<std::string> siblings;
@@ -414,13 +416,6 @@ class Reader {
   std::string override_;  ///< KEY=VALUE, while that is read
 };
 
-void require_sensible_size(std::uintmax_t bytes, const std::string& file) {
-  if (bytes <= most_bytes) return;
-  throw InputError(
-      fmt::format("{}: {} bytes are too many for an experiment file (the limit is {}); is this the right file?", file,
-                  bytes, most_bytes));
-}
-
 /// The parser goes down a level for each part of a key: throws InputError where one has more parts than any.
 void require_shallow_toml(std::string_view text, const std::string& file) {
   constexpr int most_parts = 100;
@@ -449,25 +444,27 @@ void require_shallow_toml(std::string_view text, const std::string& file) {
 
 Experiment parse_experiment(std::string_view text, const std::string& file, const std::vector<std::string>& overrides,
                             EmptyFile empty, const std::string& title) {
-  require_sensible_size(text.size(), file);
+  if (text.size() > most_bytes) {
+    throw InputError("{}: more than {} bytes are too many for an experiment file; is this the right file?", file,
+                     most_bytes);
+  }
   require_shallow_toml(text, file);
   Reader reader(file);
   try {
     reader.read(toml::parse(text, file));
   } catch (const toml::parse_error& error) {
     const std::string reason = likely_reason(text, error.source().begin.line);
-    throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}; {}", file, error.source().begin.line,
-                                 error.source().begin.column, error.description(),
-                                 reason.empty()
-                                     ? "numbers are written as 0.3 or 1000, texts as \"text\", switches as true or "
-                                       "false, lists as [0.2, 0.3]; correct the line"
-                                     : reason));
+    throw InputError("{}:{}:{}: not valid TOML: {}; {}", file, error.source().begin.line, error.source().begin.column,
+                     error.description(),
+                     reason.empty() ? "numbers are written as 0.3 or 1000, texts as \"text\", switches as true or "
+                                      "false, lists as [0.2, 0.3]; correct the line"
+                                    : reason);
   }
   if (empty == EmptyFile::refused && reader.has_read_nothing()) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: there is no key in it, so that it may be empty by mistake, and the defaults are hours of work; "
         "write at least one, for example a line [friction] and below it mu = [0.3]",
-        file));
+        file);
   }
   for (const std::string& assignment : overrides) reader.override_by(assignment);
   return reader.checked(title);
@@ -480,39 +477,27 @@ Experiment read_experiment(std::istream& in, const std::vector<std::string>& ove
   return parse_experiment(text, name, overrides, EmptyFile::refused);
 }
 
-bool is_open_already(const std::filesystem::path& file) {
-  const std::string name = file.string();
-  return (name == "/dev/stdin" || name.starts_with("/dev/fd/") || name.starts_with("/proc/self/fd/")) &&
-         !file_exists(file) && !folder_exists(file);
-}
-
-Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+Experiment read_experiment(const fs::path& file, const std::vector<std::string>& overrides) {
   std::error_code code;
   require_visible(file);
-  const auto status = std::filesystem::status(file, code);
-  if (!std::filesystem::exists(status)) {
+  const auto status = fs::status(file, code);
+  if (!fs::exists(status)) {
     const std::string name = file.stem().string();
     const bool built_in = std::ranges::any_of(
         embedded_files(), [&](const EmbeddedFile& one) { return one.name == "examples/" + name + ".toml"; });
-    throw InputError(fmt::format(
-        "{}: there is no such file; {}", file.string(),
-        built_in ? fmt::format("granuscope example {0} >{0}.toml writes the built-in one of that name", name)
-                 : "give the path of an experiment file (TOML)"));
+    throw InputError("{}: there is no such file; {}", file.string(),
+                     built_in
+                         ? fmt::format("granuscope example {0} >{0}.toml writes the built-in one of that name", name)
+                         : "give the path of an experiment file (TOML)");
   }
-  if (!std::filesystem::is_regular_file(status) && is_open_already(file)) {
-    std::ifstream in(file);
-    return read_experiment(in, overrides, file.string());
+  const bool open_already = is_open_already(file);
+  if (!fs::is_regular_file(status) && !open_already) {
+    throw InputError(fmt::format("{}: {}, but an experiment is a file (TOML)", file.string(),
+                                 fs::is_directory(status) ? "this is a folder" : "this is not a plain file"));
   }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw InputError(
-        fmt::format("{}: {}, but an experiment is a file (TOML)", file.string(),
-                    std::filesystem::is_directory(status) ? "this is a folder" : "this is not a plain file"));
-  }
-  const auto size = std::filesystem::file_size(file, code);
-  if (!code) require_sensible_size(size, file.string());
   constexpr std::size_t longest_title = 100;
-  const std::string title = single_line(file.stem().string(), longest_title);
-  return parse_experiment(read_file(file), file.string(), overrides, EmptyFile::refused, title);
+  const std::string title = open_already ? "" : single_line(file.stem().string(), longest_title);
+  return parse_experiment(read_file(file, most_bytes), file.string(), overrides, EmptyFile::refused, title);
 }
 
 }  // namespace granuscope

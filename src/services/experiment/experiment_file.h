@@ -15,11 +15,8 @@ enum class EmptyFile { refused, allowed };
 /// Reads and checks an experiment file (TOML), with `overrides` KEY=VALUE in the place of what it says. Throws
 /// InputError, naming file, line, column and key, for a file that cannot be read, has no key or is not TOML, for an
 /// unknown key (with the nearest known one), for a value of the wrong type or out of its range, and for values that
-/// contradict each other (check_experiment).
+/// contradict each other (find_problem).
 Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
-
-/// Whether this names what the shell has opened for the program: /dev/stdin, or a pipe /dev/fd/63, as `<(…)` makes it.
-bool is_open_already(const std::filesystem::path& file);
 
 /// The same from a stream, which messages call `name`.
 Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides,

@@ -121,6 +121,12 @@ void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::
 
 namespace {
 
+/// Samples of an ensemble that are drawn, those that failed included.
+std::uint64_t samples_begun(const EnsembleRecord& record) {
+  return std::accumulate(record.sums.count.begin(), record.sums.count.end(),
+                         static_cast<std::uint64_t>(record.failed.size()));
+}
+
 /// The configuration of an ensemble of which the first groups are drawn.
 std::string part_configuration(const EnsembleSpec& spec, std::uint64_t groups) {
   return fmt::format("{}groups_drawn={}\n", configuration_text(spec), groups);
@@ -208,11 +214,6 @@ EnsembleRecord draw_whole(const PlannedEnsemble& planned, const std::filesystem:
 }
 
 }  // namespace
-
-std::uint64_t samples_begun(const EnsembleRecord& record) {
-  return std::accumulate(record.sums.count.begin(), record.sums.count.end(),
-                         static_cast<std::uint64_t>(record.failed.size()));
-}
 
 std::uint64_t samples_there(const PlannedEnsemble& planned) {
   const std::uint64_t smaller = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);

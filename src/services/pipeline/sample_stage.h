@@ -37,9 +37,6 @@ struct PlannedEnsemble {
   int blocks_there = 0;             ///< files of single blocks that shards have left (block_files.h)
 };
 
-/// Samples of an ensemble that are drawn, those that failed included.
-std::uint64_t samples_begun(const EnsembleRecord& record);
-
 /// Samples of it that need not be drawn again: those of a smaller one, or of a run that was stopped.
 std::uint64_t samples_there(const PlannedEnsemble& planned);
 

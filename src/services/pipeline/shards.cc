@@ -251,6 +251,14 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
   progress.finish();
 }
 
+void forget_shards(const fs::path& run_folder) {
+  remove_own_files(run_folder / shards_folder, [](std::string_view name) { return shard_in_name(name).has_value(); });
+}
+
+namespace {
+
+/// Commands that draw the given missing blocks, for a folder in which shards have worked: those of the shards that have
+/// them, by the largest count of shards that the folder has seen.
 std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensembles, const std::vector<Atom>& missing,
                                       const std::vector<fs::path>& folders) {
   fs::path folder = folders.front();
@@ -276,12 +284,6 @@ std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensemb
   }
   return commands;
 }
-
-void forget_shards(const fs::path& run_folder) {
-  remove_own_files(run_folder / shards_folder, [](std::string_view name) { return shard_in_name(name).has_value(); });
-}
-
-namespace {
 
 /// One file with blocks of an ensemble: a single one, or all.
 struct Source {

@@ -44,11 +44,6 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
 /// What run_shard would do, one step for each ensemble of which the shard has blocks.
 std::vector<PlannedStep> plan_shard(const Experiment& experiment, const RunOptions& options, Shard shard);
 
-/// Commands that draw the given missing blocks, for a folder in which shards have worked: those of the shards that have
-/// them, by the largest count of shards that the folder has seen.
-std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensembles, const std::vector<Atom>& missing,
-                                      const std::vector<std::filesystem::path>& folders);
-
 /// Removes what shards leave behind to keep each other off.
 void forget_shards(const std::filesystem::path& run_folder);
 
