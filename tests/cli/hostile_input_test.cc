@@ -17,6 +17,7 @@
 #include "kit/search_path.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
+#include "storage/pile_file.h"
 #include "support/files.h"
 #include "support/process.h"
 
@@ -75,6 +76,12 @@ std::vector<std::string> hidden_in(const fs::path& folder) {
     if (entry.path().filename().string().starts_with(".")) names.push_back(entry.path().filename().string());
   }
   return names;
+}
+
+fs::path stored_pile(const test::TemporaryFolder& scratch) {
+  const fs::path file = scratch / "pile.h5";
+  REQUIRE(granuscope_command({"sample", "--columns", "20", "--layers", "10", "--out", file.string()}).code == 0);
+  return file;
 }
 
 void check_one_message(const CommandResult& result, int code, const std::string& words) {
@@ -198,6 +205,16 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
     CHECK_FALSE(fs::exists(image));
     CHECK(hidden_in(scratch.path()).empty());
   }
+}
+
+TEST_CASE("The pages for a package replace nobody's files") {
+  const test::TemporaryFolder scratch;
+  const std::string folder = scratch.path().string();
+  CHECK(granuscope_command({"reference", "--files", folder}).code == 0);
+  CHECK(granuscope_command({"reference", "--files", folder}).code == 0);
+  write_file(scratch / "man/man1/granuscope.1", "mine");
+  CHECK_THAT(granuscope_command({"reference", "--files", folder}).err, Contains("granuscope has not written it"));
+  CHECK(read_file(scratch / "man/man1/granuscope.1") == "mine");
 }
 
 TEST_CASE("Doctor leaves no folder behind") {
@@ -435,4 +452,49 @@ TEST_CASE("What nests without end is refused, and so is what was changed since i
   const auto changed = granuscope_command({"numbers", at});
   CHECK(changed.code == 2);
   CHECK_THAT(changed.err, Contains("summary.json is not what the run left there"));
+  // The same bytes, elsewhere; and a manifest that was changed itself.
+  write_file(scratch / "elsewhere", summary);
+  fs::remove(scratch / "summary.json");
+  fs::create_symlink(scratch / "elsewhere", scratch / "summary.json");
+  manifest(sha256(summary));
+  CHECK_THAT(granuscope_command({"numbers", at}).err, Contains("summary.json is not what the run left there"));
+  fs::rename(scratch / "elsewhere", scratch / "summary.json");
+  CHECK(granuscope_command({"numbers", at}).code == 0);
+  write_file(scratch / "manifest.json", R"({"stages": ["report"], "files": [], "digest": "0"})");
+  CHECK_THAT(granuscope_command({"numbers", at}).err, Contains("manifest.json is not what the run left there"));
+}
+
+TEST_CASE("What the files of others say moves no cursor, and has an end") {
+  const test::TemporaryFolder scratch;
+  const auto quiet = [&](const std::vector<std::string>& arguments, const std::string& words) {
+    const CommandResult result = granuscope_command(arguments);
+    INFO(result.err);
+    CHECK_THAT(result.out, Contains(words) && !Contains("\x1b"));
+  };
+  const auto summary = [&](const std::string& name, const std::string& verdict) {
+    write_file(scratch / name,
+               R"({"results": [], "claims": [{"id": "c", "verdict": ")" + verdict + R"("}], "n\u001b[31m": 1})");
+    return (scratch / name).string();
+  };
+  quiet({"compare", summary("a.json", "a"), summary("b.json", "\\u001b[31mb")}, "verdict changed: c: [31mb where");
+  fs::rename(scratch / "a.json", scratch / "summary.json");
+  quiet({"numbers", scratch.path().string(), "--all", "--format", "csv"}, "n [31m,1,");
+  quiet({"doctor", "--out", (scratch / "d\x1b[31m").string()}, "d [31m can be written");
+  Pile pile = read_pile(stored_pile(scratch));
+  pile.law = "\x1b[31m";
+  write_pile(scratch / "law.h5", pile);
+  quiet({"audit", (scratch / "law.h5").string()}, "law [31m, seed");
+  const fs::path run = scratch / "run\x1b[31m";
+  fs::create_directories(run / "ensembles");
+  write_file(run / "ensembles/mu-0.3.h5", "no HDF5");
+  quiet({"run", config(scratch, small).string(), "--out", run.string(), "--force", "--dry-run"}, "run [31m/ensembles");
+
+  fs::resize_file(scratch / "b.json", 2'000'000'000'000);  // holes, which take no space
+  const CommandResult endless = granuscope_command({"compare", (scratch / "b.json").string(), "b.json"});
+  CHECK(endless.code == 2);
+  CHECK_THAT(endless.err, Contains("are too many for a file of its kind"));
+  std::string keys;
+  for (int k = 0; k < 20'000; ++k) keys += "k" + std::to_string(k) + " = 1\n";
+  CHECK_THAT(granuscope_command({"run", config(scratch, keys, "keys.toml").string(), "--print-config"}).err,
+             Contains("more than 1000 things are wrong"));
 }

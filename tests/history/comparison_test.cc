@@ -38,6 +38,7 @@ const fs::path& a_run() {
 void change(const fs::path& file, const std::function<void(Json&)>& edit) {
   Json json = Json::parse(read_file(file));
   edit(json);
+  json.erase("digest");
   write_file(file, json.dump(2));
 }
 
@@ -155,6 +156,7 @@ TEST_CASE("Another seed is held against by its primary numbers, another law not 
   const Comparison moved = compare_runs(a_run(), scratch / "seed");
   CHECK(moved.alarms());
   CHECK_THAT(describe(moved)[1], Contains("moved: c at mu = 0.3"));
+  CHECK_THAT(moved.causes.at(0), Contains("seed/summary.json: changed or damaged since its run"));
 
   const std::string text = read_file(a_run() / "experiment.toml");
   const Copy copy;
@@ -164,6 +166,7 @@ TEST_CASE("Another seed is held against by its primary numbers, another law not 
   const Comparison different = compare_runs(a_run(), copy.path);
   CHECK(different.likeness == Likeness::other_experiment);
   CHECK_THAT(answer(different), Contains("lattice.columns = 124 where 120 was"));
+  CHECK_THAT(describe(different).back(), Contains("experiment.toml: changed or damaged since its run"));
   // What the other keys follow from comes first.
   const auto changed = changed_keys({{"fit.last_layer", "9"}, {"model.name", "a"}, {"sampling.seed", "1"}},
                                     {{"fit.last_layer", "8"}, {"model.name", "b"}, {"sampling.seed", "2"}});

@@ -50,6 +50,14 @@ void edit(const fs::path& file, const std::function<void(Json&)>& change) {
   write_file(file, json.dump(2));
 }
 
+/// As if the run had left its files so.
+void sign(const fs::path& folder) {
+  edit(folder / "manifest.json", [&](Json& manifest) {
+    manifest.erase("digest");
+    for (Json& file : manifest["files"]) file["sha256"] = sha256_of_file(folder / file["path"].get<std::string>());
+  });
+}
+
 /// A program whose sampling draws other piles under the same name.
 RunResult other_law(const Experiment& experiment, const RunOptions& options) {
   Experiment changed = experiment;
@@ -57,12 +65,14 @@ RunResult other_law(const Experiment& experiment, const RunOptions& options) {
   RunResult result = run_experiment(changed, options);
   write_file(options.folder / "experiment.toml", print_experiment(experiment));
   edit(options.folder / "summary.json", [&](Json& summary) { summary["seed"] = experiment.sampling.seed; });
+  sign(options.folder);
   return result;
 }
 
 RunResult other_library(const Experiment& experiment, const RunOptions& options) {
   RunResult result = run_experiment(experiment, options);
   edit(options.folder / "manifest.json", [](Json& manifest) { manifest["provenance"]["libraries"]["GSL"] = "9.9"; });
+  sign(options.folder);
   return result;
 }
 
@@ -503,6 +513,48 @@ TEST_CASE("A pool that was cut short alarms until the night is accepted, and its
   CHECK(told(anew).empty());
   CHECK(anew.samples == round_of_samples);
   CHECK(fs::is_symlink(history / "latest"));
+}
+
+TEST_CASE("A canary of which anything is damaged or missing alarms, and so does at once what else is") {
+  const TemporaryFolder history;
+  const NightlyOptions options = nights_in(history.path());
+  run_night(experiment(), options);
+  for (const char* name : {"ensembles/mu-0.3.h5", "experiment.toml", "manifest.json"}) {
+    INFO(name);
+    const fs::path file = history / "canary/reference" / name;
+    const std::string whole = read_file(file);
+    fs::resize_file(file, whole.size() / 2);
+    CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"lost"});
+    fs::remove(file);
+    const Night night = run_night(experiment(), options);
+    CHECK(told(night) == std::set<std::string>{"lost"});
+    CHECK_THAT(night.alarms.at(0).what, Contains("canary/reference/" + std::string(name)));
+    write_file(file, whole);
+    CHECK(told(run_night(experiment(), options)).empty());
+  }
+  fs::remove_all(history / "canary");
+  fs::remove_all(history / "pool");
+  const Night lost = run_night(experiment(), options);
+  CHECK(told(lost) == std::set<std::string>{"lost", "pool"});
+  accept_night(history.path(), lost.number);
+  const Night anew = run_night(experiment(), options);
+  CHECK(told(anew).empty());
+  CHECK(anew.samples == round_of_samples);
+}
+
+TEST_CASE("What a database says moves no cursor") {
+  const TemporaryFolder history;
+  const std::string odd = "a\x1b[2J";
+  Night night;
+  night.date = night.report = odd;
+  night.numbers = {{odd, {odd, 1, 1}}};
+  night.verdicts = {{odd, odd}};
+  night.alarms = {{odd, odd, "open"}};
+  NightBook(history.path()).add(night, {});
+  const std::vector<Night> all = NightBook(history.path(), DatabaseUse::read).last(0);
+  for (const std::string& text : {table_text(all.at(0)), csv_text(all), describe(all[0])}) {
+    CHECK_THAT(text, Contains("a [2J") && !Contains("\x1b"));
+  }
 }
 
 TEST_CASE("A first night that was killed leaves nothing that alarms") {

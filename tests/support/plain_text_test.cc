@@ -256,6 +256,13 @@ TEST_CASE("text of others becomes one line that moves no cursor") {
   CHECK(single_line("\xff\xfe") == "\xff\xfe");                             // bytes of a file's name stay what they are
 }
 
+TEST_CASE("a word for a shell is what it was, and moves no cursor") {
+  CHECK(shell_word("out/a-b_1.5") == "out/a-b_1.5");
+  CHECK(shell_word("a b's") == "'a b'\\''s'");
+  const std::string odd = "a b\x1b[31m'\\\xe2\x80\xae";
+  CHECK(shell_word(odd) == "$'a\\040b\\033[31m\\047\\134\\342\\200\\256'");
+}
+
 TEST_CASE("a long text is cut off between two characters") {
   CHECK(single_line("abcdef", 4) == "abcd …");
   CHECK(single_line("abcd", 4) == "abcd");

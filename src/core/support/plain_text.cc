@@ -238,8 +238,14 @@ std::string shell_word(const std::string& word) {
   const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
                      std::string::npos;
   if (plain && !word.empty()) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  const bool odd = single_line(word, word.size()) != word;  // it would move a terminal's cursor
+  std::string text = odd ? "$'" : "'";
+  for (const char c : word) {
+    const bool in_octal = odd && (c == '\\' || c == '\'' || c <= ' ' || c == 0x7F);  // bytes above it are below 0, too
+    text += in_octal    ? fmt::format("\\{:03o}", static_cast<unsigned char>(c))
+            : c == '\'' ? std::string("'\\''")
+                        : std::string(1, c);
+  }
   return text + "'";
 }
 

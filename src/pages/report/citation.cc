@@ -28,7 +28,7 @@ namespace granuscope {
 namespace {
 std::string text_of(const YAML::Node& holder, const char* key) {
   const YAML::Node value = holder[key];
-  return value && value.IsScalar() ? value.Scalar() : "";
+  return value && value.IsScalar() ? single_line(value.Scalar()) : "";
 }
 
 Author author_from(const YAML::Node& told) {
@@ -195,10 +195,8 @@ constexpr std::array<std::pair<const char*, const char*>, 14> descriptions = {
      {"", "File of the run"}}};
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& what) {
-  throw InputError(fmt::format(
-      "{}: {}, so that the archive would not be what a run made; run it again, granuscope run {} --out {}, "
-      "and pack it then",
-      folder.string(), what, shell_word((folder / "experiment.toml").string()), shell_word(folder.string())));
+  throw InputError("{}: {}, so that the archive would not be what a run made; run it again, {}, and pack it then",
+                   folder.string(), what, run_again(folder));
 }
 
 /// A path as a relative reference of a URL.
@@ -474,6 +472,7 @@ std::size_t pack_run(const fs::path& run_folder, const fs::path& archive, const 
       if (!there || file.at("sha256") != digest) refuse(run_folder, path + (there ? " has changed" : " is missing"));
       add(path, digest);
     }
+    require_unchanged(run_folder, manifest_name);
     const auto add_made = [&](const char* name, std::string bytes) {
       files.push_back(file_entity(name, bytes.size(), sha256(bytes)));
       entries.push_back({name, "", std::move(bytes)});

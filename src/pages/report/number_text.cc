@@ -140,8 +140,9 @@ class NumberList {
   }
 
   std::string unique(const std::string& name) {
-    std::string other = name;
-    for (int copy = 2; !names_.insert(other).second; ++copy) other = fmt::format("{}/{}", name, copy);
+    const std::string plain = single_line(name, name.size());
+    std::string other = plain;
+    for (int copy = 2; !names_.insert(other).second; ++copy) other = fmt::format("{}/{}", plain, copy);
     return other;
   }
 
@@ -256,7 +257,7 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
     throw InputError("this is no summary.json of a run, so that it has no numbers; name the folder of a finished run");
   }
   if (format != "tex" && format != "csv" && format != "json")
-    throw InputError(fmt::format("there is no format {}; choose tex, csv or json", format));
+    throw InputError("there is no format {}; choose tex, csv or json", format);
   NumberList list(scanned_in(json));
   for (const auto& [key, part] : json.items()) {
     if (key != "schema" && key != "figures") list.add(key, part);

@@ -18,78 +18,87 @@
 
 namespace granuscope {
 namespace {
+constexpr const char* manifest_file = "manifest.json";
+
 /// Of a manifest but for this digest itself: what was changed by hand is not gone by.
 std::string digest_of(Json manifest) {
   manifest.erase("digest");
   return cache_key(manifest.dump());
 }
 
+/// What `read` makes of a run's manifest; nothing where there is none, or it is damaged or somebody else's.
+template <class Read>
+auto told_by_manifest(const fs::path& run_folder, const Read& read) -> decltype(read(Json())) {
+  try {
+    return read(Json::parse(shallow_json(read_file(run_folder / manifest_file))));
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 }  // namespace
 
-std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
+std::optional<FinishedRun> find_finished_run(const fs::path& run_folder, const std::string& made_from,
                                              const std::set<std::string>& stages) {
-  try {
-    const auto manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")));
-    if (manifest.at("status").get<std::string>() != "done" || manifest.at("digest") != digest_of(manifest)) return {};
+  // Of an older program, or damaged: then it is made again.
+  return told_by_manifest(run_folder, [&](const Json& manifest) -> std::optional<FinishedRun> {
+    if (manifest.at("status").get<std::string>() != "done" || !manifest.contains("digest")) return {};
     const FinishedRun run{manifest.at("made_from"), manifest.at("stages"), manifest.at("unexpected"),
                           manifest.at("pdf")};
     if (run.made_from != made_from) return {};
     if (!std::includes(run.stages.begin(), run.stages.end(), stages.begin(), stages.end())) return {};
-    for (const auto& file : manifest.at("files")) {
-      std::string name = file.at("path");
-      if (!lies_in(run_folder, name)) return {};
-      const std::filesystem::path path = run_folder / name;
-      if (std::filesystem::file_size(path) != file.at("bytes").get<std::uintmax_t>()) return {};
-      if (sha256_of_file(path) != file.at("sha256").get<std::string>()) return {};
-    }
-    return run;
-  } catch (const std::exception&) {
-    return {};  // missing, of an older program, or damaged: then it is made again
-  }
-}
-
-bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::path& path) {
-  if (path.empty() || path.is_absolute() || path != path.lexically_normal() || *path.begin() == "..") return false;
-  std::filesystem::path at = run_folder;
-  return std::none_of(path.begin(), path.end(), [&](const std::filesystem::path& step) {
-    std::error_code none;
-    return std::filesystem::is_symlink(at /= step, none);
+    return changed_since_run(run_folder, "", "", true).empty() ? std::optional(run) : std::nullopt;
   });
 }
 
-void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage) {
-  require_visible(run_folder / "manifest.json");
-  if (!path_exists(run_folder / "manifest.json")) return;
-  const auto manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")), nullptr, false);
+bool lies_in(const fs::path& run_folder, const fs::path& path) {
+  if (path.empty() || path.is_absolute() || path != path.lexically_normal() || *path.begin() == "..") return false;
+  fs::path at = run_folder;
+  return std::none_of(path.begin(), path.end(), [&](const fs::path& step) {
+    std::error_code none;
+    return fs::is_symlink(at /= step, none);
+  });
+}
+
+void require_results_of_last_run(const fs::path& run_folder, const std::string& stage) {
+  require_visible(run_folder / manifest_file);
+  if (!path_exists(run_folder / manifest_file)) return;
+  const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)), nullptr, false);
   const auto stages = manifest.is_object() ? manifest.value("stages", Json::array()) : Json::array();
   if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
   const bool earlier = path_exists(run_folder / "summary.json");
-  throw InputError(fmt::format(
-      "{0}: the last run in this folder did not come to its {1}{2}; go on with it: granuscope run {0}/experiment.toml "
-      "--out {0}",
-      run_folder.string(), stage,
-      earlier ? ", so that summary.json and the figures are of an earlier one and experiment.toml of another" : ""));
+  throw InputError(
+      "{}: the last run in this folder did not come to its {}{}; go on with it: {}", run_folder.string(), stage,
+      earlier ? ", so that summary.json and the figures are of an earlier one and experiment.toml of another" : "",
+      run_again(run_folder));
 }
 
-std::string changed_since_run(const std::filesystem::path& run_folder, const std::string& begins,
-                              const std::string& ends) {
+std::string run_again(const fs::path& run_folder) {
+  return fmt::format("granuscope run {} --out {}", shell_word((run_folder / "experiment.toml").string()),
+                     shell_word(run_folder.string()));
+}
+
+std::string changed_since_run(const fs::path& run_folder, const std::string& begins, const std::string& ends,
+                              bool whole) {
   try {
-    const auto manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")));
+    const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)));
+    if (manifest.contains("digest") && manifest.at("digest") != digest_of(manifest)) return manifest_file;
     for (const auto& file : manifest.at("files")) {
       std::string name = file.at("path");
-      if (!name.starts_with(begins) || !name.ends_with(ends) || name.ends_with(".gp") || !lies_in(run_folder, name) ||
-          !file.at("sha256").is_string())
-        continue;
-      if (!path_exists(run_folder / name)) continue;  // who reads it says that it is missing
-      if (sha256_of_file(run_folder / name) != file.at("sha256").get<std::string>()) return name;
+      const bool passed = !whole && (name.ends_with(".gp") || !file.at("sha256").is_string());
+      if (passed || !name.starts_with(begins) || !name.ends_with(ends)) continue;
+      if (!lies_in(run_folder, name)) return name;
+      if (!whole && !path_exists(run_folder / name)) continue;  // who reads it says that it is missing
+      if (!file_exists(run_folder / name) || sha256_of_file(run_folder / name) != file.at("sha256")) return name;
     }
+    return "";
   } catch (const nlohmann::json::exception&) {  // NOLINT(bugprone-empty-catch): of an older program, or no manifest
   } catch (const InputError&) {                 // NOLINT(bugprone-empty-catch): there is none
   }
-  return "";
+  return whole ? manifest_file : "";
 }
 
-std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder) {
+std::vector<ListedFigure> list_figures(const fs::path& run_folder) {
   std::vector<ListedFigure> list;
   const std::vector<std::string> plots = plots_in(run_folder / "figures");
   if (const auto file = run_folder / "summary.json"; file_exists(file)) {
@@ -111,19 +120,16 @@ std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder) 
   return list;
 }
 
-void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins, const std::string& ends) {
+void require_unchanged(const fs::path& run_folder, const std::string& begins, const std::string& ends) {
   const std::string changed = changed_since_run(run_folder, begins, ends);
   if (changed.empty()) return;
-  throw InputError(fmt::format(
+  throw InputError(
       "{}: {} is not what the run left there, by the digest in manifest.json: it was changed or damaged since. Take it "
-      "from a backup, or make it again: granuscope run {} --out {}",
-      run_folder.string(), changed, shell_word((run_folder / "experiment.toml").string()),
-      shell_word(run_folder.string())));
+      "from a backup, or make it again: {}",
+      run_folder.string(), changed, run_again(run_folder));
 }
 
 namespace {
-
-constexpr const char* manifest_file = "manifest.json";
 
 Json object_of(const std::vector<std::pair<std::string, std::string>>& pairs) {
   Json json = Json::object();
@@ -171,38 +177,37 @@ Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::st
 constexpr std::array results = {"experiment.toml", "summary.json", "summary.md", "claims.xml", "timings.json",
                                 "report.html",     "report.pdf",   "ensembles",  "piles",      "figures"};
 
-bool hidden(const std::filesystem::path& relative) {
+bool hidden(const fs::path& relative) {
   return std::any_of(relative.begin(), relative.end(),
-                     [](const std::filesystem::path& part) { return part.string().starts_with('.'); });
+                     [](const fs::path& part) { return part.string().starts_with('.'); });
 }
 
 /// Relative paths of all regular files of the run, sorted. Unreadable folders are left out: a manifest of a failed run
 /// must not fail itself.
-std::vector<std::filesystem::path> files_of_run(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
+std::vector<fs::path> files_of_run(const fs::path& folder) {
+  std::vector<fs::path> files;
   for (const char* result : results) {
     std::error_code error;
-    const std::filesystem::file_status status = std::filesystem::symlink_status(folder / result, error);
-    if (std::filesystem::is_symlink(status)) continue;  // what it leads to is elsewhere
-    if (std::filesystem::is_regular_file(status)) files.emplace_back(result);
-    const auto options = std::filesystem::directory_options::skip_permission_denied;
-    std::filesystem::recursive_directory_iterator at(folder / result, options, error);
-    for (const std::filesystem::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
+    const fs::file_status status = fs::symlink_status(folder / result, error);
+    if (fs::is_symlink(status)) continue;  // what it leads to is elsewhere
+    if (fs::is_regular_file(status)) files.emplace_back(result);
+    const auto options = fs::directory_options::skip_permission_denied;
+    fs::recursive_directory_iterator at(folder / result, options, error);
+    for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
       std::error_code no_status;
-      const std::filesystem::path relative = at->path().lexically_relative(folder);
-      if (std::filesystem::is_regular_file(at->symlink_status(no_status)) && !hidden(relative))
-        files.push_back(relative);
+      const fs::path relative = at->path().lexically_relative(folder);
+      if (fs::is_regular_file(at->symlink_status(no_status)) && !hidden(relative)) files.push_back(relative);
     }
   }
   std::sort(files.begin(), files.end());
   return files;
 }
 
-Json files_json(const std::filesystem::path& folder) {
+Json files_json(const fs::path& folder) {
   Json json = Json::array();
-  for (const std::filesystem::path& relative : files_of_run(folder)) {
+  for (const fs::path& relative : files_of_run(folder)) {
     std::error_code error;
-    const auto bytes = std::filesystem::file_size(folder / relative, error);
+    const auto bytes = fs::file_size(folder / relative, error);
     Json file;
     file["path"] = relative.generic_string();
     file["bytes"] = error ? Json(nullptr) : Json(bytes);
@@ -219,7 +224,7 @@ Json files_json(const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+std::string manifest_json(const ReportData& data, const fs::path& run_folder, const RunOutcome& outcome) {
   Json json;
   json["schema"] = 1;
   json["experiment"] = data.experiment_name;
@@ -249,37 +254,28 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   return json.dump(2) + "\n";
 }
 
-std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder) {
-  std::map<std::string, StageTiming> earlier;
-  try {
-    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)));
+std::map<std::string, StageTiming> earlier_timings(const fs::path& run_folder) {
+  return told_by_manifest(run_folder, [](const Json& manifest) {
+    std::map<std::string, StageTiming> earlier;
     for (const Json& timing : manifest.at("timings")) {
       if (!timing.at("seconds").is_number()) continue;
       earlier[timing.at("stage")] = {timing.at("stage"), timing.at("seconds"), true,
                                      timing.value("beads", std::uint64_t{0})};
     }
-  } catch (const std::exception&) {
-    return {};  // what a stage took is worth knowing, but nothing depends on it
-  }
-  return earlier;
+    return earlier;
+  });
 }
 
-std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder) {
-  try {
-    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)));
+std::optional<std::string> experiment_key_of_run(const fs::path& run_folder) {
+  return told_by_manifest(run_folder, [](const Json& manifest) -> std::optional<std::string> {
     if (!manifest.at("provenance").contains("sampling_version")) return {};
     return manifest.at("experiment_key").get<std::string>();
-  } catch (const std::exception&) {
-    return {};  // none, damaged, or a file of that name of somebody else
-  }
+  });
 }
 
-std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder) {
-  try {
-    return Json::parse(shallow_json(read_file(run_folder / manifest_file))).at("figure_files");
-  } catch (const std::exception&) {
-    return {};
-  }
+std::set<std::string> earlier_figure_files(const fs::path& run_folder) {
+  return told_by_manifest(run_folder,
+                          [](const Json& manifest) -> std::set<std::string> { return manifest.at("figure_files"); });
 }
 
 std::string timings_json(const ReportData& data, const RunOutcome& outcome) {
@@ -290,7 +286,7 @@ std::string timings_json(const ReportData& data, const RunOutcome& outcome) {
   return json.dump(2) + "\n";
 }
 
-void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+void write_manifest(const ReportData& data, const fs::path& run_folder, const RunOutcome& outcome) {
   // The first file of a run is the one that tells whose folder it is: a run may be killed after any of them.
   if (outcome.status != "unfinished") write_file(run_folder / "timings.json", timings_json(data, outcome));
   write_file(run_folder / manifest_file, manifest_json(data, run_folder, outcome));

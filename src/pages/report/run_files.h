@@ -29,10 +29,14 @@ bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::pat
 /// come to this stage, so that what is there is of an earlier one. A folder without a manifest is let through.
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage);
 
-/// The first file of a run whose path begins so and ends so, and that is not what its manifest lists; "" if there is
-/// none. Scripts are meant to be edited, and are passed over.
+/// The command that makes what is in this folder again, or goes on with it.
+std::string run_again(const std::filesystem::path& run_folder);
+
+/// The first file of a run whose path begins so and ends so, and that is not what its manifest lists or lies elsewhere;
+/// "manifest.json" if that was changed; "" if there is none. Scripts are meant to be edited, and are passed over.
+/// `whole`: they are not, and no file may be missing.
 std::string changed_since_run(const std::filesystem::path& run_folder, const std::string& begins = "",
-                              const std::string& ends = "");
+                              const std::string& ends = "", bool whole = false);
 /// Throws InputError if there is one.
 void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins,
                        const std::string& ends = "");

@@ -112,7 +112,8 @@ ExitCode examine(const std::string& out_folder, bool json, VerbContext& context)
   bool good = true;
   for (const Finding& finding : findings) {
     if (!json)
-      context.out << fmt::format("{:<4}{:<11} {}\n", finding.good ? "ok" : "--", finding.subject, finding.text);
+      context.out << fmt::format("{:<4}{:<11} {}\n", finding.good ? "ok" : "--", finding.subject,
+                                 single_line(finding.text));
     good = good && finding.good;
     if (!finding.good && !finding.package.empty()) packages.push_back(finding.package);
   }

@@ -26,7 +26,7 @@ ExitCode audit_file(const std::string& file, bool json, VerbContext& context) {
       "largest balance residual  {:.3g}  (layer {})\n"
       "largest cone violation    {:.3g}  (layer {})\n"
       "both relative to the largest contact force of the same layer; allowed: {:g}\n",
-      pile.lattice.columns(), pile.lattice.layers(), pile.mu, pile.law, pile.seed, pile.sample,
+      pile.lattice.columns(), pile.lattice.layers(), pile.mu, single_line(pile.law), pile.seed, pile.sample,
       result.max_balance_residual, result.balance_layer, result.max_cone_violation, result.cone_layer, audit_tolerance);
   context.out << (json ? audit_json(pile, result, audit_tolerance) : text);
   if (result.max_balance_residual <= audit_tolerance && result.max_cone_violation <= audit_tolerance) {
@@ -95,7 +95,7 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
     constexpr std::array<SuffixOfFormat, 3> known = {{{".tex", "tex"}, {".csv", "csv"}, {".json", "json"}}};
     if (target->asked()) *format = format_by_name(target->path, *format, known, true);
     if (format->empty()) *format = "tex";
-    if (std::filesystem::path(*folder).filename() == "summary.json" && file_exists(*folder))
+    if (std::filesystem::path(*folder).filename() == "summary.json")
       *folder = (std::filesystem::path(*folder).parent_path() / ".").string();  // as compare takes it
     require_results_of_last_run(*folder, "report");
     const auto file = std::filesystem::path(*folder) / "summary.json";

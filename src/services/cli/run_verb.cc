@@ -43,7 +43,8 @@ void print_plan(const Experiment& experiment, const RunOptions& options, const s
   std::uint64_t beads = 0;
   for (const PlannedStep& step : plan) {
     beads += step.reused ? 0 : step.beads;
-    out << fmt::format("{:<8} {}{}\n", name_of(step.stage), step.what, step.reused ? " (there already)" : "");
+    out << fmt::format("{:<8} {}{}\n", name_of(step.stage), single_line(step.what),
+                       step.reused ? " (there already)" : "");
   }
   out << std::flush;
   require_memory(memory_needed(experiment, options.folder, workers));

@@ -47,14 +47,6 @@ void collect(const Json& json, const std::string& place, std::map<std::string, d
 
 }  // namespace
 
-std::map<std::string, std::string> keys_of_experiment(const std::string& resolved) {
-  try {
-    return measuring_keys(print_experiment(parse_experiment(resolved, "experiment.toml")));
-  } catch (const InputError&) {
-    return measuring_keys(resolved);
-  }
-}
-
 RunRecord read_run(const fs::path& path) {
   RunRecord run;
   run.path = path;
@@ -97,12 +89,6 @@ std::map<std::string, double> numbers_of(const Json& summary) {
   return numbers;
 }
 
-std::string hash_of(const std::map<std::string, double>& numbers) {
-  std::string text;
-  for (const auto& [place, number] : numbers) text += fmt::format("{}={}\n", place, exact(number));
-  return cache_key(text);
-}
-
 std::map<std::string, std::string> environment_of(const Json& manifest) {
   static const std::set<std::string> told = {"program",          "git_commit",        "git_dirty",  "sampling_version",
                                              "compiler",         "compiler_flags",    "build_type", "host_cpu",
@@ -137,8 +123,8 @@ bool is_told_only(const std::string& key) {
   return std::ranges::any_of(untold_tables, [&](const char* table) { return key.starts_with(table); });
 }
 
-}  // namespace
-
+/// Keys of a resolved experiment (print_experiment) with their values as written, by path, without those that change
+/// nothing that is measured: name, description, figures, scenes, report, expected verdicts.
 std::map<std::string, std::string> measuring_keys(std::string_view resolved_experiment) {
   std::map<std::string, std::string> settings;
   std::istringstream lines{std::string(resolved_experiment)};
@@ -154,6 +140,16 @@ std::map<std::string, std::string> measuring_keys(std::string_view resolved_expe
     if (!is_told_only(key)) settings[key] = line.substr(equals + 3);
   }
   return settings;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> keys_of_experiment(const std::string& resolved) {
+  try {
+    return measuring_keys(print_experiment(parse_experiment(resolved, "experiment.toml")));
+  } catch (const InputError&) {
+    return measuring_keys(resolved);
+  }
 }
 
 std::vector<ChangedKey> changed_keys(const std::map<std::string, std::string>& before,
@@ -175,11 +171,6 @@ std::vector<ChangedKey> changed_keys(const std::map<std::string, std::string>& b
   return changed;
 }
 
-bool only_other_samples(const std::vector<ChangedKey>& changed) {
-  return std::ranges::all_of(
-      changed, [](const ChangedKey& one) { return std::ranges::find(sample_keys, one.key) != sample_keys.end(); });
-}
-
 std::string in_words(const std::vector<ChangedKey>& changed) {
   constexpr std::size_t most_told = 5, most_bytes = 60;
   const auto shown = [](const std::string& value) {
@@ -195,6 +186,19 @@ std::string in_words(const std::vector<ChangedKey>& changed) {
 }
 
 namespace {
+
+/// One word for all of these numbers.
+std::string hash_of(const std::map<std::string, double>& numbers) {
+  std::string text;
+  for (const auto& [place, number] : numbers) text += fmt::format("{}={}\n", place, exact(number));
+  return cache_key(text);
+}
+
+/// Whether only another part of the same ensembles is drawn: another seed or number of samples.
+bool only_other_samples(const std::vector<ChangedKey>& changed) {
+  return std::ranges::all_of(
+      changed, [](const ChangedKey& one) { return std::ranges::find(sample_keys, one.key) != sample_keys.end(); });
+}
 
 constexpr std::array build_keys = {"program", "git_commit", "git_dirty", "compiler"};
 
@@ -378,11 +382,20 @@ bool Comparison::alarms() const {
 
 Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
   Comparison comparison;
+  const auto tell_changed = [&](const std::string& begins) {
+    for (const RunRecord* run : {&before, &after}) {
+      const std::string changed = run->folder.empty() ? "" : changed_since_run(run->folder, begins);
+      if (changed.empty()) continue;
+      comparison.causes.push_back(fmt::format("{}: changed or damaged since its run, by the digest in manifest.json",
+                                              (run->folder / changed).string()));
+    }
+  };
   const bool both = !before.keys.empty() && !after.keys.empty();
   comparison.keys = both ? changed_keys(before.keys, after.keys)
                          : changed_keys(keys_in_summary(before.summary), keys_in_summary(after.summary));
   find_other_numbers(before, after, comparison);
   if (!comparison.keys.empty()) {
+    for (const char* part : {"experiment.toml", "summary.json"}) tell_changed(part);
     comparison.numbers =
         hold_against(primary_numbers(before.summary), before.blocks, primary_numbers(after.summary), after.blocks);
     if (!only_other_samples(comparison.keys)) {
@@ -411,14 +424,8 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
   if (!sums.empty()) comparison.place = sums;
   if (!figure.empty()) comparison.place = figure;
   comparison.causes_known = before.manifest.has_value() && after.manifest.has_value();
-  if (comparison.causes_known) comparison.causes = causes_of(before, after);
-  for (const RunRecord* run : {&before, &after}) {
-    if (run->folder.empty()) continue;
-    const std::string changed = changed_since_run(run->folder);
-    if (changed.empty()) continue;
-    comparison.causes.push_back(fmt::format("{}: changed or damaged since its run, by the digest in manifest.json",
-                                            (run->folder / changed).string()));
-  }
+  comparison.causes = comparison.causes_known ? causes_of(before, after) : std::vector<std::string>();
+  tell_changed("");
   return comparison;
 }
 
@@ -479,7 +486,6 @@ std::vector<std::string> describe(const Comparison& comparison) {
             "not reproducible: program, libraries and processor are the same, so that this is a fault; please report "
             "it");
       }
-      for (const std::string& cause : comparison.causes) lines.push_back("differs: " + cause);
       break;
     case Likeness::other_samples: {
       const auto moved = std::ranges::count_if(comparison.numbers, [](const MovedNumber& one) { return one.moved; });
@@ -502,6 +508,7 @@ std::vector<std::string> describe(const Comparison& comparison) {
       if (!comparison.numbers.empty()) lines.emplace_back("what both measured, not judged, since it need not agree:");
       for (const MovedNumber& one : comparison.numbers) lines.push_back(in_words(one));
   }
+  for (const std::string& cause : comparison.causes) lines.push_back("differs: " + cause);
   std::size_t tested_by_one = 0;  // what another experiment does not measure has not changed
   for (const std::string& changed : comparison.verdicts) {
     if (comparison.likeness == Likeness::other_experiment && changed.find("not tested") != std::string::npos) {
@@ -511,6 +518,7 @@ std::vector<std::string> describe(const Comparison& comparison) {
     }
   }
   if (tested_by_one > 0) lines.push_back(fmt::format("claims that only one of them tests: {}", tested_by_one));
+  for (std::string& line : lines) line = single_line(line, line.size());
   return lines;
 }
 

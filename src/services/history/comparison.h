@@ -31,9 +31,6 @@ std::map<std::string, std::string> keys_of_experiment(const std::string& resolve
 /// Every number of a summary with its place: captions, explanations and other words are left out.
 std::map<std::string, double> numbers_of(const Json& summary);
 
-/// One word for all of these numbers.
-std::string hash_of(const std::map<std::string, double>& numbers);
-
 /// What numbers may depend on beside the experiment: program, commit, version of the sampling, libraries as loaded,
 /// processor, programs that were run, by name.
 std::map<std::string, std::string> environment_of(const Json& manifest);
@@ -43,15 +40,8 @@ struct ChangedKey {
   std::string key, before, after;
 };
 
-/// Keys of a resolved experiment (print_experiment) with their values as written, by path, without those that change
-/// nothing that is measured: name, description, figures, scenes, report, expected verdicts.
-std::map<std::string, std::string> measuring_keys(std::string_view resolved_experiment);
-
 std::vector<ChangedKey> changed_keys(const std::map<std::string, std::string>& before,
                                      const std::map<std::string, std::string>& after);
-
-/// Whether only another part of the same ensembles is drawn: another seed or number of samples.
-bool only_other_samples(const std::vector<ChangedKey>& changed);
 
 /// "response.samples = 512 where 256 was, ...", the first few.
 std::string in_words(const std::vector<ChangedKey>& changed);
@@ -93,8 +83,6 @@ std::vector<MovedNumber> hold_against(const std::vector<KnownNumber>& before, in
 
 /// Two-sided chance of |t| under Student's t.
 double chance_of(double t, double degrees_of_freedom);
-
-struct RunRecord;
 
 /// How two runs compare: the first line that holds.
 enum class Likeness {

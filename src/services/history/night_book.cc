@@ -86,9 +86,9 @@ Night NightBook::read(Statement& row) const {
   const std::int64_t last_fine = fine.step() ? fine.integer(0) : 0;
   Night night;
   night.number = row.integer(0);
-  night.date = row.text(1);
-  night.report = row.text(2);
-  night.status = row.text(3);
+  night.date = row.line(1);
+  night.report = row.line(2);
+  night.status = row.line(3);
   night.samples = static_cast<std::uint64_t>(row.integer(4));
   night.experiment = row.text(5);
   const auto of_night = [&](const char* sql) {
@@ -97,15 +97,15 @@ Night NightBook::read(Statement& row) const {
     return rows;
   };
   for (Statement rows = of_night("SELECT name, value FROM environment WHERE night = ?"); rows.step();) {
-    night.environment[rows.text(0)] = rows.text(1);
+    night.environment[rows.line(0)] = rows.line(1);
   }
   for (Statement rows = of_night("SELECT stage, seconds FROM seconds WHERE night = ?"); rows.step();) {
-    night.seconds[rows.text(0)] = rows.number(1);
+    night.seconds[rows.line(0)] = rows.number(1);
   }
   for (Statement rows = of_night(
            "SELECT name, value, stderr, piece, piece_stderr, z, moved FROM numbers WHERE night = ? ORDER BY position");
        rows.step();) {
-    const std::string name = rows.text(0);
+    const std::string name = rows.line(0);
     night.numbers.push_back({name,
                              {name, rows.number(1), rows.number(2)},
                              rows.number(3),
@@ -115,12 +115,12 @@ Night NightBook::read(Statement& row) const {
   }
   for (Statement rows = of_night("SELECT claim, verdict, z FROM verdicts WHERE night = ? ORDER BY position");
        rows.step();) {
-    night.verdicts.push_back({rows.text(0), rows.text(1), rows.number(2)});
+    night.verdicts.push_back({rows.line(0), rows.line(1), rows.number(2)});
   }
   for (Statement rows = of_night("SELECT kind, what, state FROM alarms WHERE night = ? ORDER BY position");
        rows.step();) {
     const bool passed = rows.text(2) == "open" && night.number < last_fine;
-    night.alarms.push_back({rows.text(0), rows.text(1), passed ? "passed" : rows.text(2)});
+    night.alarms.push_back({rows.line(0), rows.text(1), passed ? "passed" : rows.text(2)});
   }
   return night;
 }

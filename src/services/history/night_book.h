@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "history/comparison.h"
+#include "support/plain_text.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -39,6 +40,7 @@ class Statement {
   std::int64_t integer(int column) const;
   double number(int column) const;  ///< NULL: NaN
   std::string text(int column) const;
+  std::string line(int column) const { return single_line(text(column)); }  ///< a file may come from elsewhere
 
  private:
   void reset();

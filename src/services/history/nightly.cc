@@ -15,6 +15,7 @@
 #include "pipeline/run_folder.h"
 #include "pipeline/sample_stage.h"
 #include "plot/gnuplot.h"
+#include "report/run_files.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -97,7 +98,10 @@ void move_folder(const fs::path& from, const fs::path& to) {
 void keep_copy(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::create_hard_link(from, to, error);
-  if (error) write_file(to, read_file(from));
+  if (!error) return;
+  StreamedFile copy(to);
+  read_chunks(from, [&](std::string_view chunk) { copy.append(chunk); });
+  copy.commit();
 }
 
 /// What came in: the sums with it less the sums before.
@@ -177,7 +181,10 @@ class NightRun {
   }
 
   Night go() {
-    if (!experiment_changed() && canary_is_fine()) grow_pool();
+    const bool same_experiment = !experiment_changed();
+    if (same_experiment && canary_is_fine()) grow_pool();
+    if (same_experiment && !night_.alarms.empty() && night_.alarms.front().kind == lost_canary)
+      (void)keep_pool_before();  // tells at once what else is lost
     add_soft_alarms(night_, before_);
     const bool alarm = std::ranges::any_of(night_.alarms, [](const Alarm& one) { return one.state == "open"; });
     night_.status = alarm ? "alarm" : "fine";
@@ -280,9 +287,13 @@ class NightRun {
     }
     Comparison comparison;
     try {
+      if (const std::string damaged = changed_since_run(reference, "", "", true); !damaged.empty()) {
+        throw InputError("'{}' is missing or not what its night left there; put it back",
+                         (reference / damaged).string());
+      }
       comparison = compare_runs(reference, tonights_canary());
     } catch (const InputError& damage) {
-      alarm(lost_canary, fmt::format("{}; or accept this night to take the next one's canary", damage.what()));
+      alarm(lost_canary, fmt::format("{}, or accept this night to take the next one's canary", damage.what()));
       return false;
     }
     if (comparison.likeness == Likeness::same || comparison.is_rounding() ||
@@ -299,14 +310,14 @@ class NightRun {
   /// False, with an alarm, if they are not there.
   bool keep_pool_before() {
     const fs::path marker = before_folder() / "samples";
-    if (path_exists(marker) && read_file(marker) == std::to_string(night_.samples)) return true;
+    const bool kept = path_exists(marker) && read_file(marker) == std::to_string(night_.samples);
     // What earlier nights left there goes only once there is something to take its place.
     const std::vector<PlannedEnsemble> plan = night_.samples == 0
                                                   ? std::vector<PlannedEnsemble>()
                                                   : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder());
     for (const PlannedEnsemble& planned : plan) {
-      if (planned.reusable) continue;
       const fs::path file = pool_folder() / planned.file;
+      if (planned.reusable || (kept && path_exists(file))) continue;
       alarm(lost_pool, fmt::format("'{}' {}{}{}, and nothing was drawn: put it back, or accept this night to begin the "
                                    "pool anew",
                                    file.string(),
@@ -315,6 +326,7 @@ class NightRun {
                                    planned.replaces.empty() ? "" : ", ", as_clause(planned.replaces)));
       return false;
     }
+    if (kept) return true;
     remove_run(before_folder());
     if (night_.samples == 0) return true;
     make_folder(before_folder());
