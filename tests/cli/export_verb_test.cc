@@ -355,3 +355,22 @@ TEST_CASE("contacts reads what VTK writes in each of its encodings") {
   }
   CHECK(files == 40);
 }
+
+TEST_CASE("A histogram of friction names what forces are counted in, with the friction coefficient and without") {
+  const test::TemporaryFolder folder;
+  const std::string contacts = (folder / "c.csv").string(), histogram = (folder / "h.csv").string();
+  std::ofstream(contacts) << "x1,y1,x2,y2,normal,shear\n0,0,1,0,1,0.125\n1,0,2,0,1,0.125\n";
+  const auto rows = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"contacts", contacts,   "--columns",   "N=normal, T=shear",
+                                      "--of",     "friction", "--histogram", histogram};
+    words.insert(words.end(), more.begin(), more.end());
+    const CommandResult result = granuscope_command(words);
+    INFO(result.err);
+    CHECK(result.code == 0);
+    return read_file(histogram);
+  };
+  // |T|/N = 0.125 lies in the third bin of 0.05, |T|/(μN) = 0.625 with μ = 0.2 in the thirteenth.
+  CHECK_THAT(rows({}), Contains("\n#N,N,1/(N),1/(N)\n") && Contains("\n0.1,0.15000000000000002,20,"));
+  CHECK_THAT(rows({"--mu", "0.2"}),
+             Contains("\n#mu N,mu N,1/(mu N),1/(mu N)\n") && Contains("\n0.6000000000000001,0.6500000000000001,20,"));
+}

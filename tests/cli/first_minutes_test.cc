@@ -279,6 +279,7 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK(names({"--only", "samples"}) == std::vector<std::string>{"mu-0.3/samples"});
   CHECK(names({"--all", "--only", "mu-0.3"}) == std::vector<std::string>{"mu-0.3/mu", "mu-0.3/c", "mu-0.3/samples"});
   CHECK_THAT(granuscope_command({"numbers", at, "--only", "delta"}).err, Contains("no number has the name delta"));
+  CHECK_THAT(granuscope_command({"numbers", at, "--only", "c, delta "}).err, Contains("no number has the name delta;"));
   CHECK_THAT(tex.out,
              Contains("\\csname granuscope@\\detokenize{beta}\\endcsname{\\ensuremath{2.522(50)}}") &&
                  Contains("granuscope@\\detokenize{mu-0.3/c}\\endcsname{\\ensuremath{0.56070(50)}}") &&
@@ -318,7 +319,9 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
 TEST_CASE("explain tells what a word means, names the nearest words, and lists all") {
   CHECK_THAT(granuscope_command({"explain", "c_thrust"}).out, StartsWith("c_thrust, ") && Contains("√(κ/3)"));
   CHECK_THAT(granuscope_command({"explain", "Granusolve"}).out, Contains("law") && Contains("Backtrack: "));
-  CHECK_THAT(granuscope_command({"explain", "jackknives"}).err, Contains("nearest are jackknife"));
+  CHECK_THAT(granuscope_command({"explain", "jackknives"}).err, Contains("did you mean jackknife?"));
+  CHECK_THAT(granuscope_command({"explain", "N"}).out, StartsWith("N, normal force: "));
+  CHECK_THAT(granuscope_command({"explain", "n/a"}).out, StartsWith("n/a, "));
   CHECK_THAT(granuscope_command({"explain", "standard", "errors"}).out, StartsWith("standard error, "));
   for (const char* word :
        {"block", "jackknife", "pull", "rival", "saturated", "multiplexed", "not decided", "exponent"}) {
@@ -450,6 +453,12 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK_THAT(granuscope_command({"new", "--mu", "−0.1"}).err, Contains("U+2212"));
   CHECK_THAT(granuscope_command({"new", "--mu", "0.1;0.2"}).err, Contains("0.1;0.2 is not a number"));
   CHECK(granuscope_command({"new", "--mu", "0.0,1"}).code == 0);
+  for (const std::vector<std::string>& friction :
+       std::vector<std::vector<std::string>>{{"0.2, 0.3"}, {" 0.2 ,0.3"}, {"0.2", "0.3"}, {"0.2,", "0.3"}}) {
+    std::vector<std::string> words = {"new", "--error-of", "c=0.01, D=0.1", "--layers", "40", "--mu"};
+    words.insert(words.end(), friction.begin(), friction.end());
+    CHECK_THAT(granuscope_command(words).out, Contains("mu = [0.2, 0.3]") && Contains("\nc = 0.01\nD = 0.1\n"));
+  }
   CHECK_THAT(granuscope_command({"new", "--mu", "2"}).err, Contains("friction.mu: 2 is out of range"));
   CHECK_THAT(granuscope_command({"new", "--estimator", "points"}).err, Contains("multiplexed"));
   CHECK_THAT(granuscope_command({"new", "--estimator", "paired"}).err, Contains("gives no c and D"));

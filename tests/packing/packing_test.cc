@@ -48,6 +48,27 @@ const std::string three_discs = "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 2 0 0.5\
 
 }  // namespace
 
+TEST_CASE("Tables as spreadsheets of all languages write them give the same numbers") {
+  const test::TemporaryFolder folder;
+  const std::string bom = "\xef\xbb\xbf";
+  for (const std::string& contacts :
+       {bom + "id1;id2;N;T\r\n1;2;1,25;-0,5\r\n2;3;2;0\r\n", std::string("id1;id2;N;T\n1;2;1.25;-0.5\n2;3;2;0\n"),
+        std::string("id1,id2,N,T\n1,2,1.25,-0.5\n2,3,2,0\n"),
+        std::string("id1\tid2\tN\tT\n1\t2\t1.25\t-0.5\n2\t3\t2\t0\n")}) {
+    CAPTURE(contacts);
+    const Packing packing =
+        packing_of(folder, contacts, bom + "id;x;y;radius\r\n1;0;0;0,5\r\n2;1;0;0,5\r\n3;2;0;0,5\r\n");
+    REQUIRE(packing.contacts.size() == 2);
+    CHECK(packing.contacts[0].N == 1.25);
+    CHECK(packing.contacts[0].T == -0.5);
+    CHECK(packing.contacts[1].N == 2);
+    CHECK(numbers_of(packing)["mean_diameter"] == 1);
+  }
+  PackingFiles named;
+  named.columns = {"id1", "id2", "N"};
+  CHECK(packing_of(folder, "1;2;0,75\n", three_discs, named).contacts[0].N == 0.75);
+}
+
 TEST_CASE("Forces as vectors become normal and tangential parts, and the numbers are those of a small packing") {
   const test::TemporaryFolder folder;
   const Packing packing = packing_of(folder, row_of_three, three_discs);
@@ -367,7 +388,10 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
       {head, "id,x\n1,0\n", {"id, x and y are needed"}},
       {head, "id,x,y\n1,0,0\n1,1,0\n2,nan,0\n", {"line 3: the particle 1 stands twice", "line 4: x, y or the radius"}},
       {"id1,id2,N,n\n1,2,1,1\n", three_discs, {"two columns are named n"}},
-      {"id1;id2;N\n1;2;1,5\n", three_discs, {"line 2: a comma in a number"}},
+      {"id1 id2 N\n1 2 1,5\n", three_discs, {"line 2: a comma in a number"}},
+      {"id1;id2;N;T\n1;2;1,500;0.5\n", three_discs, {"line 2: a comma in a number"}},  // thousands, or decimals
+      {"id1;id2;N\n1;2;1,5,5\n", three_discs, {"line 2: n is no number"}},
+      {std::string("PK\x03\x04\x14\0", 6), "", {"of a spreadsheet: saved as CSV"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: ENTRIES id1 id2 N\n1 2 1\n2 3 1\n",
        three_discs,
        {"line 7: the step is to have 1 lines, and goes on"}},

@@ -73,6 +73,19 @@ TEST_CASE("a value carries two digits of its error") {
   CHECK(value_with_error(0, 0.0041) == "0.0000(41)");
 }
 
+TEST_CASE("an error below the resolution of a double is none") {
+  CHECK(value_with_error(0.57735026918962606, 1.0e-17) == "0.577350");
+  CHECK(value_with_error(0.57735026918962606, 6e-17) == "0.577350");
+  CHECK(value_with_error(0.5, 3e-16) == "0.50000000000000000(30)");
+}
+
+TEST_CASE("text is taken apart between separators, without the blanks around") {
+  CHECK(trimmed(" \t\r\n a b\n ") == "a b");
+  CHECK(trimmed(" \t").empty());
+  CHECK(parts_between("a :: b c::", "::") == std::vector<std::string>{"a", "b c", ""});
+  CHECK(parts_between("", ",") == std::vector<std::string>{""});
+}
+
 TEST_CASE("an error of one or more is written out") {
   CHECK(value_with_error(123.4, 5.6) == "123.4(5.6)");
   CHECK(value_with_error(123.44, 1.0) == "123.4(1.0)");

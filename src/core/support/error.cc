@@ -37,7 +37,7 @@ const char* advice(int error_number) {
     case ENOTDIR:
       return " A part of the path is a file where a folder is needed: check the path.";
     case EISDIR:
-      return " A folder stands where a file is needed: name a file.";
+      return " A folder stands where a file is needed: name a file in it.";
     case EMFILE:
     case ENFILE:
       return " Raise the limit on open files (ulimit -n).";

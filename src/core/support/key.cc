@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 
 #include "support/plain_text.h"
 
@@ -45,10 +46,14 @@ std::string describe_numbers(const KeyRange& range) {
 
 std::string because(const KeyRange& range) { return range.why.empty() ? "" : ": " + range.why; }
 
-Problem find_number_problem(const std::string& key, double number, const KeyRange& range) {
-  if (is_inside(number, range)) return {};
-  return problem(key, "{} is out of range{}; give {}", number, because(range),
+Problem out_of_range(const std::string& key, const std::vector<double>& numbers, const KeyRange& range) {
+  return problem(key, "{} {} out of range{}; give {}", fmt::join(numbers, " and "), numbers.size() > 1 ? "are" : "is",
+                 because(range),
                  std::isfinite(range.least) || std::isfinite(range.most) ? describe_numbers(range) : "a finite number");
+}
+
+Problem find_number_problem(const std::string& key, double number, const KeyRange& range) {
+  return is_inside(number, range) ? Problem() : out_of_range(key, {number}, range);
 }
 
 template <class Number>
@@ -60,8 +65,11 @@ Problem find_list_problem(const std::string& key, const std::vector<Number>& num
       return problem(key, "the list is empty{}; give {} to {} values", reason, range.fewest, range.longest);
     return problem(key, "{} values{}; give {} to {}", numbers.size(), reason, range.fewest, range.longest);
   }
+  std::vector<double> outside;
+  std::ranges::copy_if(numbers, std::back_inserter(outside), [&](double number) { return !is_inside(number, range); });
+  outside.resize(std::min<std::size_t>(outside.size(), 5));  // enough to be told
   for (std::size_t k = 0; k < numbers.size(); ++k) {
-    if (auto found = find_number_problem(key, static_cast<double>(numbers[k]), range)) return found;
+    if (!is_inside(static_cast<double>(numbers[k]), range)) return out_of_range(key, outside, range);
     if (range.ascending && k > 0 && numbers[k] <= numbers[k - 1]) {
       return numbers[k] == numbers[k - 1]
                  ? problem(key, "{} stands in the list twice; remove one{}", numbers[k],

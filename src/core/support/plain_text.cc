@@ -159,6 +159,23 @@ std::string single_line(std::string_view text, std::size_t most) {
   return line;
 }
 
+std::string_view trimmed(std::string_view text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::vector<std::string> parts_between(std::string_view text, std::string_view separator) {
+  std::vector<std::string> parts;
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, start), text.size());
+    parts.emplace_back(trimmed(text.substr(start, end - start)));
+    start = end + separator.size();
+  }
+  return parts;
+}
+
 bool has_decimal_comma(std::string_view text) {
   const auto digit = [&](std::size_t at) { return at < text.size() && text[at] >= '0' && text[at] <= '9'; };
   for (std::size_t comma = text.find(','); comma != std::string_view::npos; comma = text.find(',', comma + 1)) {
@@ -342,7 +359,7 @@ std::string significant(double value, int digits) {
 std::string value_with_error(double value, double standard_error, int digits_if_exact, int lowest_plain_exponent) {
   if (!std::isfinite(value) || !std::isfinite(standard_error) || standard_error < 0) return unknown;
   // Below the resolution of a double the digits would be those of the binary number, not of a measurement.
-  if (standard_error <= std::abs(value) * 1e-17) return significant(value, digits_if_exact);
+  if (standard_error <= std::abs(value) * 1.1e-16) return significant(value, digits_if_exact);
 
   const Decimal error = round_to_digits(standard_error, 2);
   const Decimal number = round_to_place(value, error.place);

@@ -40,6 +40,11 @@ std::string shallow_json(std::string text);
 /// Text in which tabs part columns, with each column of neighbouring lines as wide as its widest cell, for a terminal.
 std::string aligned(std::string_view text);
 
+/// Text without the blanks, tabs and line ends around it.
+std::string_view trimmed(std::string_view text);
+/// What stands between separators, trimmed; at least one part.
+std::vector<std::string> parts_between(std::string_view text, std::string_view separator);
+
 /// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
 std::string shell_word(const std::string& word);
 /// Text with the letters A to Z as small ones.

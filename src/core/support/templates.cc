@@ -9,6 +9,7 @@
 
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -20,11 +21,6 @@ struct Piece {
   TemplateScope::Missing missing = TemplateScope::Missing::is_an_error;
   std::vector<Piece> inside = {};
 };
-
-std::string trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \n"), last = text.find_last_not_of(" \n");
-  return first == std::string_view::npos ? "" : std::string(text.substr(first, last - first + 1));
-}
 
 class TemplateReader {
  public:
@@ -55,7 +51,7 @@ class TemplateReader {
       if (end == std::string_view::npos) {
         throw std::logic_error(fmt::format("template: {}... is not closed", text_.substr(start, 30)));
       }
-      std::string name = trimmed(text_.substr(start + closing.size(), end - start - closing.size()));
+      std::string name(trimmed(text_.substr(start + closing.size(), end - start - closing.size())));
       at_ = end + closing.size();
       const char kind = raw || name.empty() ? ' ' : name.front();
       if (std::string_view("#^/>!").find(kind) == std::string_view::npos) {

@@ -41,14 +41,6 @@ class Lines {
   std::size_t number_;
 };
 
-bool is_space(char c) { return c == ' ' || c == '\t'; }
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 /// Hands over the cells of a line: between separators, or between blanks where `separator` is a blank.
 template <class Take>
 void for_each_cell(std::string_view line, char separator, const Take& take) {
@@ -66,16 +58,19 @@ void for_each_cell(std::string_view line, char separator, const Take& take) {
 }
 
 char separator_of(std::string_view line) {
-  for (const char c : {',', ';'}) {
+  for (const char c : {';', ','}) {  // where the former separates, the latter is a decimal comma
     if (line.find(c) != std::string_view::npos) return c;
   }
   return ' ';
 }
 
-/// Not a number where the cell is no number.
-double number_in(std::string_view cell) {
+/// Not a number where the cell is no number. Between semicolons a comma is that of decimals, as spreadsheets write it.
+double number_in(std::string_view cell, char separator = ' ') {
   if (cell.size() > 1 && cell.starts_with('"') && cell.ends_with('"')) cell = cell.substr(1, cell.size() - 2);
   if (cell.starts_with('+')) cell.remove_prefix(1);
+  std::string with_point;
+  if (separator == ';' && cell.find(',') != std::string_view::npos)
+    std::ranges::replace(with_point = cell, ',', '.'), cell = with_point;
   double number = 0;
   return read_whole(cell, number) ? number : std::numeric_limits<double>::quiet_NaN();
 }
@@ -188,7 +183,7 @@ class Reader {
         separator = separator_of(line);
         bool numbers = true;
         for_each_cell(line, separator,
-                      [&](std::string_view cell) { numbers = numbers && number_in(cell) == number_in(cell); });
+                      [&](std::string_view cell) { numbers = numbers && !std::isnan(number_in(cell, separator)); });
         std::vector<std::string> names;
         if (!numbers) {
           // A name may have a #: behind the last name no other one follows.
@@ -250,9 +245,10 @@ class Reader {
   void add_row(std::string_view line, char separator, std::size_t number, NumberTable& table) {
     if (number % 65536 == 0) throw_if_interrupted();
     const std::size_t before = table.numbers.size(), width = table.columns.size();
-    for_each_cell(line, separator, [&](std::string_view cell) { table.numbers.push_back(number_in(cell)); });
+    for_each_cell(line, separator, [&](std::string_view cell) { table.numbers.push_back(number_in(cell, separator)); });
     const bool minus = line.find("\u2212") != std::string_view::npos;
-    if (minus || (separator != ',' && line.find(',') != std::string_view::npos)) {
+    const bool with_points = separator == ' ' || line.find('.') != std::string_view::npos;
+    if (minus || (separator != ',' && with_points && line.find(',') != std::string_view::npos)) {
       problems_.add(number, minus ? "the sign U+2212 in a number: write - for minus"
                                   : "a comma in a number: write a point for its decimals");
       table.numbers.resize(before);
@@ -333,8 +329,10 @@ NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf pa
                      file_.string());
   } else if (text_.find('\0') != std::string::npos) {
     const bool wide = text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff");
-    throw InputError("{}: it is {}; give a table, a dump of LAMMPS or LIGGGHTS as text, or vtu or vtk", file_.string(),
-                     wide ? "in UTF-16, not in UTF-8" : "no text");
+    throw InputError(
+        "{}: it is {}; give a table (of a spreadsheet: saved as CSV), a dump of LAMMPS or LIGGGHTS as text, or vtu or "
+        "vtk",
+        file_.string(), wide ? "in UTF-16, not in UTF-8" : "no text");
   } else {
     table = Reader(file_, names_).plain(text_);
   }

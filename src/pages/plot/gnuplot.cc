@@ -18,6 +18,7 @@
 
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/process.h"
 
 namespace granuscope {
@@ -225,24 +226,13 @@ int count_visible_curves(std::string_view svg) {
   return visible;
 }
 
-namespace {
-
-std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> parts;
-  std::stringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) parts.push_back(cell);
-  return parts;
-}
-
-}  // namespace
-
 std::vector<std::string> columns_without_numbers(const std::string& csv) {
   std::stringstream lines(csv);
   std::string line;
   std::getline(lines, line);
-  std::vector<std::string> names = cells(line);
+  std::vector<std::string> names = parts_between(line, ",");
   while (std::getline(lines, line)) {
-    const std::vector<std::string> row = cells(line);
+    const std::vector<std::string> row = parts_between(line, ",");
     for (std::size_t i = 0; i < row.size() && i < names.size(); ++i) {
       char* end = nullptr;
       const double number = std::strtod(row[i].c_str(), &end);

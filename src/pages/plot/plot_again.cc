@@ -254,7 +254,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     const bool picture = fs::is_regular_file(figures / (id + ".png"), none);
     throw InputError(
         "{}: {}; the plots there are: {}", figures.string(),
-        picture ? id + " is a picture of beads, which granuscope render makes at any size" : "there is no plot " + id,
+        picture ? id + " is a picture of beads: granuscope render makes it at any size, as the report says below it"
+                : "there is no plot " + id,
         known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
   }
   const fs::path recipe_file = figures / (id + ".json");

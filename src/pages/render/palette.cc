@@ -11,18 +11,11 @@
 #include <utility>
 
 #include "support/error.h"
+#include "support/plain_text.h"
 #include "support/templates.h"
 
 namespace granuscope {
 namespace {
-
-constexpr std::string_view blanks = " \t\r";
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 std::optional<Rgb> parse_colour(std::string_view word) {
   if (word.size() != 7 || word.front() != '#') return std::nullopt;
@@ -60,7 +53,7 @@ Palette::Palette(std::string_view text, const std::string& source) : source_(sou
     std::vector<Rgb> colours;
     std::string_view rest = trimmed(line.substr(equals + 1));
     while (!rest.empty()) {
-      const std::string_view word = rest.substr(0, rest.find_first_of(blanks));
+      const std::string_view word = rest.substr(0, rest.find_first_of(" \t"));
       const auto colour = parse_colour(word);
       if (!colour) refuse(fmt::format("'{}' is not a colour", word));
       colours.push_back(*colour);

@@ -497,7 +497,8 @@ Scene build_field_scene(const Field& field, const SceneSpec& spec) {
     for (std::size_t k = 0; k < field.rows[row].values.size(); ++k) {
       const double value = field.rows[row].values[k], x = field.rows[row].left_of(k),
                    right = field.rows[row].left_of(k + 1);
-      if (!std::isfinite(value)) throw InputError("the field holds numbers that are not finite; measure it again");
+      if (!std::isfinite(value))
+        throw InputError("the field holds numbers that are not finite, as where no pile was completed");
       if (x >= scene.extent.x1 || right <= scene.extent.x0 || edges.top >= scene.extent.z1 ||
           edges.bottom <= scene.extent.z0) {
         ++scene.counts.outside;

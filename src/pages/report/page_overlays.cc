@@ -48,12 +48,7 @@ std::vector<GlossaryEntry> glossary() {
     if (equals == std::string::npos) {
       throw std::logic_error(fmt::format("templates/glossary.txt: '{}' does not read `word, another = text`", line));
     }
-    GlossaryEntry& entry = entries.emplace_back(GlossaryEntry{{}, line.substr(equals + 3), on_page});
-    for (std::size_t from = 0; from < equals;) {
-      const std::size_t end = std::min(line.find(", ", from), equals);
-      entry.names.push_back(line.substr(from, end - from));
-      from = end + 2;
-    }
+    entries.push_back({parts_between(line.substr(0, equals), ", "), line.substr(equals + 3), on_page});
   }
   return entries;
 }

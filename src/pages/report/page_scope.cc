@@ -381,21 +381,6 @@ struct TableForm {
   std::vector<Block> blocks;
 };
 
-std::string trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \n"), last = text.find_last_not_of(" \n");
-  return first == std::string_view::npos ? "" : std::string(text.substr(first, last - first + 1));
-}
-
-std::vector<std::string> split(std::string_view text, std::string_view separator) {
-  std::vector<std::string> parts;
-  for (std::size_t start = 0; start <= text.size();) {
-    const std::size_t end = std::min(text.find(separator, start), text.size());
-    parts.push_back(trimmed(text.substr(start, end - start)));
-    start = end + separator.size();
-  }
-  return parts;
-}
-
 class TableReader {
  public:
   explicit TableReader(std::string file) : file_(std::move(file)) {}
@@ -407,7 +392,7 @@ class TableReader {
       ++line_;
       if (line.starts_with(' ')) {
         if (entry.empty()) fail("there is no line that this one could go on with");
-        entry += "\n" + trimmed(line);
+        entry.append("\n").append(trimmed(line));
         continue;
       }
       take(entry);
@@ -432,14 +417,14 @@ class TableReader {
   void take(const std::string& entry) {
     if (trimmed(entry).empty()) return;
     if (entry.find("::") != std::string::npos) {
-      take_column(split(entry, "::"));
+      take_column(parts_between(entry, "::"));
       return;
     }
     const std::size_t colon = entry.find(':');
     if (colon == std::string::npos) fail("neither \"key: value\" nor \"title :: kind :: cell\"");
-    const std::string key = entry.substr(0, colon), value = trimmed(std::string_view(entry).substr(colon + 1));
+    const std::string key = entry.substr(0, colon), value(trimmed(std::string_view(entry).substr(colon + 1)));
     if (key == "rows") {
-      form_.blocks.emplace_back().rows = split(value, ">");
+      form_.blocks.emplace_back().rows = parts_between(value, ">");
       return;
     }
     if (key == "caption" || key == "class") {
@@ -553,7 +538,7 @@ class TableWriter {
         html_ += "<td></td>";
         continue;
       }
-      const std::string cell = trimmed(fill_template(column.cell, row)), classes = class_attribute(column.classes);
+      const std::string cell(trimmed(fill_template(column.cell, row))), classes = class_attribute(column.classes);
       html_ += column.heading ? fmt::format("<th scope=\"row\"{}>{}</th>", classes, cell)
                               : fmt::format("<td{}>{}</td>", classes, cell);
     }

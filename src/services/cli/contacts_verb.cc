@@ -14,8 +14,8 @@ namespace granuscope {
 namespace {
 
 struct ContactsOptions {
-  std::string contacts, particles, walls, columns, particle_columns, wall_columns, histogram, of = "N", on_particles,
-                                                                                              range, window;
+  std::string contacts, particles, walls, histogram, of = "N", on_particles, range, window;
+  std::vector<std::string> columns, particle_columns, wall_columns;
   std::optional<double> step, period_x, period_y;
   double mu = std::numeric_limits<double>::quiet_NaN();
   bool json = false, transparent = false, has_mu = false;
@@ -24,16 +24,6 @@ struct ContactsOptions {
   SceneSpec scene;
   FilmOptions film;
 };
-
-std::vector<std::string> names_in(const std::string& list) {
-  std::vector<std::string> names;
-  for (std::size_t from = 0; !list.empty() && from <= list.size();) {
-    const std::size_t comma = std::min(list.find(',', from), list.size());
-    names.push_back(CLI::detail::trim_copy(list.substr(from, comma - from)));
-    from = comma + 1;
-  }
-  return names;
-}
 
 /// Counts as they are, all else to five digits.
 std::string in_words(double value) {
@@ -64,7 +54,8 @@ constexpr std::array<NamedDistribution, 3> distributions{{{"N", Distributed::nor
                                                           {"direction", Distributed::direction, "degrees"}}};
 
 std::string histogram_of(const Packing& packing, const ContactsOptions& options) {
-  const auto& [name, of, unit] = *std::ranges::find(distributions, options.of, &NamedDistribution::name);
+  const auto& [name, of, own_unit] = *std::ranges::find(distributions, options.of, &NamedDistribution::name);
+  const std::string_view unit = of == Distributed::friction && !options.has_mu ? "N" : own_unit;
   CsvTable table({fmt::format("from: {}", unit), fmt::format("to: {}", unit), fmt::format("density: 1/({})", unit),
                   fmt::format("standard_error: 1/({})", unit)});
   for (const ForceBin& bin : distribution(packing, of, options.mu)) {
@@ -152,9 +143,9 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   const PackingSource source({options.contacts,
                               options.particles,
                               options.walls,
-                              names_in(options.columns),
-                              names_in(options.particle_columns),
-                              names_in(options.wall_columns),
+                              options.columns,
+                              options.particle_columns,
+                              options.wall_columns,
                               {options.period_x, options.period_y}});
   if (!options.film.folder.empty()) {
     draw_film(source, std::move(options), context);
@@ -197,27 +188,28 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
       "--particles", options->particles,
       "particles, where contacts name them by number only or radii are to be seen: `dump custom`, a table, PeGS' "
       "positions, or points in a file of VTK");
-  verb->add_option(
+  listed(verb->add_option(
       "--columns", options->columns,
       "names of the columns of FILE, with commas between, where it has none or others, or NAME=COLUMN for some; known "
       "are " +
           known_contact_columns() +
           "; any other name is left alone. N > 0 presses; T > 0 turns the force on the second particle, pushed "
-          "along the line from the first, to the left (y up)");
-  verb->add_option("--particle-columns", options->particle_columns,
-                   "the same of --particles; known are " + known_particle_columns());
+          "along the line from the first, to the left (y up)"));
+  listed(verb->add_option("--particle-columns", options->particle_columns,
+                          "the same of --particles; known are " + known_particle_columns()));
   verb->add_option(
       "--walls", options->walls,
       "contacts with walls, where they stand apart (`compute wall/gran/local` of LIGGGHTS, `fix wall/gran` "
       "of LAMMPS with `contacts`)");
-  verb->add_option("--wall-columns", options->wall_columns, "the same of --walls")->needs("--walls");
+  listed(verb->add_option("--wall-columns", options->wall_columns, "the same of --walls"))->needs("--walls");
   verb->add_option("--step", options->step, "of a dump, or `frame` of a table (the last if not given)");
   verb->add_option("--period-x", options->period_x, "of the box, where a dump does not say it, lengths of the file");
   verb->add_option("--period-y", options->period_y, "the same in y");
   verb->add_option("--mu", options->mu, "friction coefficient, for sliding contacts and violations of |T| <= mu N");
   verb->add_flag("--json", options->json, "the numbers as one JSON object");
   verb->add_option("--histogram", options->histogram, "CSV file to write: how often --of has a value, with errors");
-  verb->add_option("--of", options->of, "N (over its mean), friction (|T|/(mu N)) or direction (degrees from x)")
+  verb->add_option("--of", options->of,
+                   "N (over its mean), friction (|T|/(mu N), without --mu |T|/N) or direction (degrees from x)")
       ->capture_default_str()
       ->check(CLI::IsMember({"N", "friction", "direction"}));
   verb->add_option("--on-particles", options->on_particles,

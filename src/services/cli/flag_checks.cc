@@ -35,6 +35,11 @@ CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about) {
                                                              : "TEXT");
 }
 
+CLI::Option* listed(CLI::Option* option) {
+  const auto alone = [](const std::string& one) { return std::string(trimmed(one)); };
+  return option->delimiter(',')->transform(alone)->expected(1)->take_all();
+}
+
 CLI::Validator output_file() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {

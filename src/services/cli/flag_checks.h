@@ -23,6 +23,9 @@ namespace granuscope {
 /// CLI11's own conversion silently takes for the largest one.
 CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about = "");
 
+/// Makes the option one whose values stand between commas, with blanks or without.
+CLI::Option* listed(CLI::Option* option);
+
 /// A file to be written. "-" would make a file of that name where a stream may have been meant.
 CLI::Validator output_file();
 

@@ -10,6 +10,7 @@
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
 #include "report/page_overlays.h"
+#include "support/plain_text.h"
 #include "support/provenance.h"
 #include "support/templates.h"
 
@@ -137,17 +138,11 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
   }
   const std::vector<GlossaryEntry> found = meanings_of(word, all);
   if (found.empty()) {
-    std::vector<std::string> names, holding;
-    for (const GlossaryEntry& entry : all) {
-      names.insert(names.end(), entry.names.begin(), entry.names.end());
-      const bool tells = lower_case(entry.text).find(lower_case(word)) != std::string::npos;
-      if (tells || lower_case(entry.names.front()).find(lower_case(word)) != std::string::npos)
-        holding.push_back(entry.names[0]);
-    }
-    if (const auto meant = nearest_name(word, names)) holding.insert(holding.begin(), *meant);
-    throw InputError("the glossary has no word {}; {}", word,
-                     holding.empty() ? "granuscope explain lists all that it has"
-                                     : fmt::format("nearest are {}", fmt::join(holding, ", ")));
+    std::vector<std::string> names;
+    for (const GlossaryEntry& entry : all) names.insert(names.end(), entry.names.begin(), entry.names.end());
+    const auto meant = nearest_name(word, names);
+    throw InputError("the glossary has no word {}; {}granuscope explain lists all that it has", word,
+                     meant ? fmt::format("did you mean {}? ", *meant) : "");
   }
   for (const GlossaryEntry& entry : found) {
     context.out << fmt::format("{}: {}.\n", fmt::join(entry.names, ", "), entry.text);
@@ -318,8 +313,7 @@ std::vector<std::string> cells_of(const std::string& row) {
     if (row[i] == '\\' && i + 1 < row.size() && row[i + 1] == '|') {
       cell += row[++i];
     } else if (row[i] == '|') {
-      const std::size_t first = cell.find_first_not_of(' '), last = cell.find_last_not_of(' ');
-      cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+      cells.emplace_back(trimmed(cell));
       cell.clear();
     } else if (row[i] != '`') {
       cell += row[i];

@@ -61,7 +61,7 @@ std::string file_text(const NewOptions& options) {
     if (const std::string odd = odd_sign_in(one); !odd.empty()) throw InputError("--error-of {}: {}", one, odd);
     const std::size_t equals = one.find('=');
     if (equals == std::string::npos || (one.substr(0, equals) != "c" && one.substr(0, equals) != "D")) {
-      throw InputError("--error-of {} asks for nothing; write c=0.001 or D=0.01", one);
+      throw InputError("--error-of {} asks for nothing; write c=0.001 or D=0.01, and no decimal comma", one);
     }
     if (!asked.insert(one.substr(0, equals)).second) {
       throw InputError("--error-of {}: its error was given before; give one of c and one of D", one);
@@ -146,9 +146,12 @@ void add_new_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb =
       app.add_subcommand("new", "Write an experiment file with comments, the number of piles and the time they take");
   const auto options = std::make_shared<NewOptions>();
-  verb->add_option("--mu", options->mu, "friction coefficients, as 0.2,0.3")->delimiter(',')->capture_default_str();
-  verb->add_option("--error-of", options->errors,
-                   "c=0.001 or D=0.01: the standard error wanted, for which piles are drawn; may be repeated");
+  listed(verb->add_option("--mu", options->mu, "friction coefficients, as 0.2,0.3"))
+      ->expected(-1)
+      ->capture_default_str();
+  listed(verb->add_option("--error-of", options->errors,
+                          "c=0.001, D=0.01 or both: the standard errors wanted, for which piles are drawn"))
+      ->expected(-1);
   verb->add_option("--layers", options->layers, "layers of the piles")->capture_default_str();
   verb->add_option("--estimator", options->estimator, "multiplexed, point or fluctuation")->capture_default_str();
   verb->add_option("-o,--out", options->file, "file to write, which must not be there (default: standard output)")

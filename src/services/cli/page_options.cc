@@ -83,13 +83,10 @@ double millimetres(const std::string& text) {
 }
 
 bool parse_numbers(std::string_view text, std::span<double> numbers) {
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    const std::size_t comma = text.find(',');
-    if ((comma == std::string_view::npos) != (k + 1 == numbers.size())) return false;
-    if (!read_whole(text.substr(0, comma), numbers[k])) return false;
-    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
-  }
-  return true;
+  const std::vector<std::string> parts = parts_between(text, ",");
+  bool whole = parts.size() == numbers.size();
+  for (std::size_t k = 0; whole && k < numbers.size(); ++k) whole = read_whole(std::string_view(parts[k]), numbers[k]);
+  return whole;
 }
 
 std::array<double, 2> parse_range(std::string_view text) {

@@ -83,12 +83,9 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag("--all", choice->all,
                  "every number of the run, thousands of them; without it c, D, c_thrust, the exponents and what the "
                  "claims are judged by");
-  verb->add_option(
-          "--only", choice->only,
-          "NAME,NAME: those of this name, or with it between the strokes of theirs, as c,D or mu-0.3/c or beta")
-      ->delimiter(',')
-      ->expected(1)
-      ->take_all();
+  listed(verb->add_option(
+      "--only", choice->only,
+      "NAME,NAME: those of this name, or with it between the strokes of theirs, as c,D or mu-0.3/c or beta"));
   const auto target = std::make_shared<OutputFile>();
   add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
   context.actions[verb] = [folder, format, choice, target, &context] {
