@@ -185,6 +185,14 @@ TEST_CASE("sample --distributions writes densities with errors that add up, and 
     CHECK(refused.code == 2);
     CHECK_THAT(refused.err, Contains(told));
   }
+  for (const auto& [band, told] : std::vector<std::pair<std::string, bool>>{{"20, 39", false}, {"20,40", true}}) {
+    const CommandResult done =
+        granuscope_command({"sample", "--statistics", "--mu", "0.3", "--columns", "20", "--layers", "60", "--band",
+                            band, "--samples", "64", "--distributions", (folder / "band.csv").string()});
+    CHECK(done.code == 0);
+    CHECK((done.err.find("ends below layer 39: the layers from there on follow another law") != std::string::npos) ==
+          told);
+  }
   const std::string again = (folder / "again.csv").string();
   for (int time = 0; time < 2; ++time) {  // its own file is replaced
     CHECK(granuscope_command({"sample", "--statistics", "--mu", "0.3", "--columns", "20", "--layers", "30", "--samples",
@@ -417,4 +425,24 @@ TEST_CASE("the command that an ensemble names for a failed pile meets the failur
   CHECK(refused.code == 2);
   CHECK_THAT(refused.err, Contains("--load uniform or point"));
   CHECK(granuscope_command({"sample", "--opposite", "--out", "x.h5"}).code == 2);
+}
+
+TEST_CASE("A load is one of those that the help names, and an overload that nothing bears is refused") {
+  const test::TemporaryFolder folder;
+  const std::string pile = (folder / "pile.h5").string();
+  const auto drawn = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"sample", "--mu", "0.3", "--columns", "20", "--layers", "24", "--out", pile});
+    return granuscope_command(words);
+  };
+  CHECK_THAT(drawn({"--load", "Point"}).err, Contains("uniform,point,paired,multiplexed"));
+  CHECK_THAT(drawn({"--overload", "3"}).err, Contains("give --load point"));
+  CHECK(drawn({"--load", "point", "--overload", "3"}).code == 0);
+  // The pile under the uniform load that an ensemble compares with: its command runs.
+  EnsembleSpec spec;
+  spec.response.overload = 3;
+  spec.load = Load::uniform;
+  CHECK(replay_command(spec, 0).find("--load uniform") != std::string::npos);
+  CHECK(replay_command(spec, 0).find("--overload") == std::string::npos);
+  spec.load = Load::point;
+  CHECK(replay_command(spec, 0).find("--overload 3 ") != std::string::npos);
 }

@@ -471,7 +471,8 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
                                                                                 : name_of(spec.response.estimator));
     }
     if (key.name == "load" || (key.name == "law" && !spec.sampler.model.is_beads()) || one_of(of_many)) continue;
-    const bool usual_value = key.text() == find_key(usual_keys, key.name)->text();
+    const bool idle = key.name == "overload" && spec.load == Load::uniform;
+    const bool usual_value = idle || key.text() == find_key(usual_keys, key.name)->text();
     if (key.only.elsewhere == Elsewhere::left_out || !counts(key, keys) || (usual_value && !one_of(always))) continue;
     command += flag_with_value(key);
   }

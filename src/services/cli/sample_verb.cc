@@ -73,6 +73,8 @@ void set_load(const SampleOptions& options, EnsembleSpec& spec) {
   } else {
     spec.load = load_named(options.load);
   }
+  if (spec.load == Load::uniform && spec.response.overload != ResponseSpec{}.overload)
+    throw InputError("--overload would change nothing under --load uniform; leave it out, or give --load point");
 }
 
 /// What no ensemble could be drawn with, by the name of the flag.
@@ -300,9 +302,6 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
     throw InputError("--forces and --distributions belong to --statistics of at least {} --samples",
                      fewest_samples_with_errors);
   }
-  require_suffix(options.distributions, ".csv");
-  if (!options.distributions.empty())
-    OutputFile{options.distributions, options.file.force}.require_free({}, head_of_distributions);
   const int above_bottom = Lattice(spec.lattice).usable_layers(),
             usable = above_bottom > 0 ? above_bottom : spec.lattice.layers;
   options.layers = {std::floor(usable / 2.0), usable - 1.0};
@@ -310,11 +309,18 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   if (!options.band.empty() && !parse_numbers(options.band, options.layers)) {
     throw InputError("--band {} is not FIRST,LAST: two layers", options.band);
   }
-  if (!options.distributions.empty() && !(first >= 0 && first <= last && last < spec.lattice.layers &&
-                                          first == std::floor(first) && last == std::floor(last))) {
-    throw InputError(
-        "--distributions counts layers {} to {}, and the pile has 0 to {}; give --band FIRST,LAST among them", first,
-        last, spec.lattice.layers - 1);
+  if (!options.distributions.empty()) {
+    require_suffix(options.distributions, ".csv");
+    OutputFile{options.distributions, options.file.force}.require_free({}, head_of_distributions);
+    if (!(first >= 0 && first <= last && last < spec.lattice.layers && first == std::floor(first) &&
+          last == std::floor(last))) {
+      throw InputError(
+          "--distributions counts layers {} to {}, and the pile has 0 to {}; give --band FIRST,LAST among them", first,
+          last, spec.lattice.layers - 1);
+    }
+    if (above_bottom > 0 && last >= usable)
+      context.err << fmt::format("the band ends below layer {}: the layers from there on follow another law\n",
+                                 usable - 1);
   }
   if (options.statistics && spec.response.samples < 1)
     throw InputError("--samples 0 measures nothing; give at least 1");
@@ -360,6 +366,7 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       verb->add_option("--load", options->load,
                        "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the "
                        "pile that an ensemble of this estimator draws, to follow what it names as failed")
+          ->check(CLI::IsMember({"uniform", "point", "paired", "multiplexed"}))
           ->capture_default_str();
     } else {
       add_key(*verb, key,

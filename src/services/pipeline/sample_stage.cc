@@ -81,7 +81,8 @@ SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progre
   const SamplerSpec& sampler = planned.spec.sampler;
   const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
   if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
-  log_line(progress, "sampling {}: measuring how many sweeps its chains need", planned.label);
+  log_line(progress, "sampling {}: measuring how many sweeps its chains need (--dry-run says how long all takes)",
+           planned.label);
   const SamplerSpec measured = measured_sampler(planned.spec);
   log_line(progress, "sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
            measured.burn_in, measured.thinning);
@@ -485,9 +486,11 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
   }
   if (const auto& failed = ensemble.record.failed; !failed.empty()) {
     log_line(options_.progress,
-             "{}: {} of {} piles could not be completed and enter no average; this command meets the first of these "
+             "{}: {} of {} piles could not be completed and enter no average{}; this command meets the first of these "
              "failures: {}",
-             planned.label, failed.size(), planned.spec.response.samples, failed.front().replay);
+             planned.label, failed.size(), planned.spec.response.samples,
+             failed.size() < planned.spec.response.samples ? "" : " (take fewer columns, more effort or another law)",
+             failed.front().replay);
   }
   ++obtained_;
   if (reused) ++reused_;
