@@ -129,7 +129,7 @@ TEST_CASE("Experiments that cannot be used are refused with their line and what 
       {"last_layer = 26", "last_layer = 30", ":12:1: fit.last_layer: layer 30 lies beyond the last usable one, 29"},
       {"layers = [10, 20]", "layers = [10, 30]", ":18:1: figures.response_profiles.layers: layer 30"},
       {"columns = 60", "columns = 20", "the two peaks of the response at mu = 0.3 meet behind the ring from layer 9"},
-      {"samples = 256", "samples = 0", ":9:1: response.samples: 0 samples in 32 blocks"},
+      {"samples = 256", "samples = 0", ":9:1: response.samples: 0 is out of range; give 64"},
       {"samples = 256", "samples = -8", "response.samples: -8 is out of range; give 64 to"},
       {"scaling_window = [0.1, 0.3]", "scaling_window = [nan, 0.3]", "fit.scaling_window: nan is out of range"},
       {"dpi = 100", "dpi = nan", ":23:1: scenes.force_chains.dpi: nan"},

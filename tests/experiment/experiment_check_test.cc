@@ -20,8 +20,8 @@ namespace {
 std::string problem_after(const std::function<void(Experiment&)>& change) {
   Experiment e;
   change(e);
-  const auto found = find_problem(e);
-  return found ? found->key + ": " + found->message : "(none)";
+  const auto found = find_problems(e);
+  return found.empty() ? "(none)" : found.front().key + ": " + found.front().message;
 }
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -29,7 +29,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-TEST_CASE("The default experiment can be run") { CHECK_FALSE(find_problem(Experiment{})); }
+TEST_CASE("The default experiment can be run") { CHECK(find_problems(Experiment{}).empty()); }
 
 TEST_CASE("Page 1 is about a study that is measured") {
   CHECK_THAT(problem_after([](Experiment& e) { e.report.about = "deep_response"; }),

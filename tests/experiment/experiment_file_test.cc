@@ -203,8 +203,8 @@ TEST_CASE("The angle of the contacts reads back as it was printed, and bounds fr
   const auto key_of_problem = [&](auto change) {
     Experiment changed = written;
     change(changed);
-    const Problem found = find_problem(changed);
-    return found ? found->key : std::string();
+    const std::vector<KeyProblem> found = find_problems(changed);
+    return found.empty() ? std::string() : found.front().key;
   };
   CHECK(key_of_problem([](Experiment&) {}).empty());
   CHECK(key_of_problem([](Experiment& e) { e.mu.push_back(1); }) == "friction.mu");
@@ -398,7 +398,7 @@ TEST_CASE("Every key that is changed is seen in the resolved experiment, and whe
         }
         CHECK(differing == 1);
         if (drawn() != before) ++other_draws;
-        if (find_problem(e)) continue;  // not by itself
+        if (!find_problems(e).empty() || path == "scan.values") continue;  // not by itself; of friction, mu has these
         require_equal(parse_experiment(print_experiment(e), "printed.toml"), e);
         ++read_back;
       }

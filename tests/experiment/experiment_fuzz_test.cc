@@ -90,7 +90,7 @@ void read_changed(const std::string& text, Tally& tally) {
   try {
     const Experiment experiment = parse_experiment(text, "fuzz.toml");
     ++tally.read;
-    REQUIRE_FALSE(find_problem(experiment).has_value());
+    REQUIRE(find_problems(experiment).empty());
     const std::string printed = print_experiment(experiment);
     REQUIRE(print_experiment(parse_experiment(printed, "printed.toml")) == printed);
   } catch (const InputError& error) {

@@ -32,6 +32,7 @@ TEST_CASE("friction.mu is the short form of a scan of mu") {
   const Experiment scanned = with("[scan]\nparameter = \"mu\"\nvalues = [0.3, 0.1]\n");
   CHECK(scanned.mu == std::vector{0.1, 0.3});
   CHECK(print_experiment(scanned) == print_experiment(with("[friction]\nmu = [0.1, 0.3]\n")));
+  CHECK(print_experiment(scanned) == print_experiment(with("[scan]\nvalues = [0.1, 0.3]\n")));
   CHECK(&scanned.scanned() == &friction_parameter());
   CHECK(scanned.scan_values() == scanned.mu);
 }
@@ -72,7 +73,7 @@ TEST_CASE("A scan that cannot be is refused with what to write") {
   };
   refused("[scan]\nparameter = \"share\"\n", "piles of the model frictional-beads do not depend on \"share\"");
   refused("[scan]\nparameter = \"lambda\"\nvalues = [0, 1]\n", "choose one of: mu");
-  refused("[scan]\nvalues = [-0.1]\n", "scan.values");
+  refused("[scan]\nvalues = [-0.1]\n", "friction.mu: -0.1 is out of range");
   refused("[model]\nname = \"three-leg\"\n[scan]\nparameter = \"disorder\"\n", "choose one of: middle, noise");
   refused("[model]\nname = \"three-leg\"\n[scan]\nvalues = [0.1, 1.2]\n",
           "scan.values: with middle = 1.2 no pile can be");

@@ -185,22 +185,13 @@ Problem find_ensemble_problem(const Experiment& e) {
 
 /// A pile that the experiment's law would never complete; `whose` says where its size stands.
 Problem find_law_problem(const Experiment& e, const char* whose, int columns, int layers, double mu) {
-  const double beads = static_cast<double>(columns) * layers;
-  if (mu == 0) return {};
-  if (e.sampling.law == Law::rejection && beads > most_beads_by_rejection) {
-    return problem("sampling.law",
-                   "the law rejection throws a whole pile away for one failing bead, so that with the {} x {} beads "
-                   "of {} it would never finish; use granusolve, or at most {} beads",
-                   columns, layers, whose, most_beads_by_rejection);
-  }
-  if (e.sampling.law == Law::polytope && beads > static_cast<double>(most_polytope_beads)) {
-    return problem("sampling.law",
-                   "the chain of the law polytope forgets its past only within a number of sweeps that grows faster "
-                   "than the number of beads, so that with the {} x {} beads of {} it would never finish; use "
-                   "granusolve, or at most {} beads",
-                   columns, layers, whose, most_polytope_beads);
-  }
-  return {};
+  const bool rejection = e.sampling.law == Law::rejection;
+  const double most = rejection ? most_beads_by_rejection : static_cast<double>(most_polytope_beads);
+  if (mu == 0 || (!rejection && e.sampling.law != Law::polytope) || 1.0 * columns * layers <= most) return {};
+  return problem("sampling.law",
+                 "the work of the law {} grows much faster than the number of beads, so that with the {} x {} beads of "
+                 "{} it would never finish; use granusolve, or at most {} beads",
+                 name_of(e.sampling.law), columns, layers, whose, most);
 }
 
 /// Before the sizes, which cannot be mended then.
@@ -229,18 +220,39 @@ Problem find_sampling_problem(const Experiment& e) {
                           e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
 }
 
+/// What is given of a model that the piles are not of.
+std::vector<KeyProblem> find_model_problems(const Experiment& e) {
+  std::string own = "model." + name_of(e.sampling.model.name);
+  std::ranges::replace(own, '-', '_');
+  const Experiment usual;
+  const std::vector<Key> keys = keys_to_read(e);
+  std::vector<KeyProblem> problems;
+  for (const Key& key : keys_to_read(usual)) {
+    if (!key.table.starts_with("model.") || key.table == own) continue;
+    if (std::ranges::find(keys, key.path(), &Key::path)->get() == key.get()) continue;
+    problems.push_back(
+        {key.path(), fmt::format("it would change nothing under model.name = \"{}\"; leave it out, or give the "
+                                 "model that has it",
+                                 name_of(e.sampling.model.name))});
+  }
+  return problems;
+}
+
 /// In experiments every block holds a whole group, also the last one.
-Problem find_response_problem(const Experiment& e) {
+Problem find_block_problem(const Experiment& e) {
   const auto least = group_size * static_cast<std::uint64_t>(e.response.blocks);
-  ResponseSpec filled = e.response;
-  filled.samples = std::max(filled.samples, least);
-  if (auto found = in_table("response", find_problem(filled, e.lattice))) return found;
-  if (auto found = in_table("response", find_gravity_problem(e.sampling, e.response))) return found;
   if (e.response.samples >= least) return {};
   return problem("response.samples",
                  "{} samples in {} blocks: each block needs a whole group of eight, which share "
                  "the start and direction of their layers; give {} to {}, or fewer blocks",
                  e.response.samples, e.response.blocks, least, most_samples);
+}
+
+Problem find_response_problem(const Experiment& e) {
+  ResponseSpec filled = e.response;
+  filled.samples = std::max(filled.samples, group_size * static_cast<std::uint64_t>(e.response.blocks));
+  if (auto found = in_table("response", find_problem(filled, e.lattice))) return found;
+  return in_table("response", find_gravity_problem(e.sampling, e.response));
 }
 
 Problem find_precision_problem(const Experiment& e) {
@@ -541,7 +553,7 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     good = problems.add(in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) && good;
   }
   const bool ranged = problems.add_ranges(e);
-  good = ranged && good;
+  good = ranged && problems.add(find_block_problem(e)) && good;
   bool shown = sized && ranged && problems.add(find_parameter_problem(e));
   if (shown) {
     for (KeyProblem& one : find_figure_problems(e)) shown = problems.add(std::move(one)) && shown;
@@ -557,16 +569,11 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     problems.add(find_scene_problem(e));
     for (const auto& [name, picture] : e.pictures) problems.add(find_picture_problem(e, name, picture));
   }
+  for (KeyProblem& one : find_model_problems(e)) problems.add(std::move(one));
   problems.add(find_about_problem(e));
   problems.add(find_key_figure_problem(e));
   for (KeyProblem& one : find_gate_problems(e)) problems.add(std::move(one));
   return problems.all;
-}
-
-Problem find_problem(const Experiment& e) {
-  std::vector<KeyProblem> all = find_problems(e);
-  if (all.empty()) return {};
-  return std::move(all.front());
 }
 
 std::string note_of_short_window(const Experiment& e) {

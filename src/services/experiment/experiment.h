@@ -79,9 +79,6 @@ std::vector<KeyProblem> find_problems(const Experiment& experiment);
 /// Those of single values: whether what is written makes sense by itself.
 std::vector<KeyProblem> find_value_problems(const Experiment& experiment);
 
-/// The first problem, or nothing if the experiment can be run.
-Problem find_problem(const Experiment& experiment);
-
 /// A sentence where the columns end the window of the fit above the last usable layer; else empty.
 std::string note_of_short_window(const Experiment& experiment);
 

@@ -137,6 +137,7 @@ std::optional<KeyValue> to_value(const toml::node& node, const KeyValue& like) {
 /// What a text that is no TOML may be: in another encoding, or with signs of other places in its line (from 1 on).
 std::string likely_reason(std::string_view text, std::size_t line) {
   if (text.starts_with("\x89HDF")) return "this is an HDF5 file, of a pile or an ensemble, and no experiment";
+  if (text.starts_with("PK\x03\x04")) return "this is a packed file, as spreadsheets are; write plain text";
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.find('\0') != std::string_view::npos)
     return "the file seems to be in UTF-16; save it as UTF-8";
   std::string unix_ends(text);
@@ -184,7 +185,9 @@ class Reader {
 
   /// `title`: what the report is called where the file does not say.
   Experiment checked(const std::string& title) {
-    if (experiment_.scan.parameter == friction_parameter().name && !experiment_.scan.values.empty()) {
+    const ScanSpec& scan = experiment_.scan;
+    const bool unnamed = scan.parameter.empty() && &experiment_.scanned() == &friction_parameter();
+    if ((unnamed || scan.parameter == friction_parameter().name) && !scan.values.empty()) {
       if (const auto mu = positions_.find("friction.mu"); mu != positions_.end()) {
         add_problem(mu->second, "friction.mu: scan.values gives friction coefficients, too; leave one of the two out");
       }
@@ -321,7 +324,9 @@ class Reader {
     auto value = to_value(node, like);
     if (!value) {
       const std::string range = granuscope::describe(key.range, like);
-      const std::string text = node.is_string() ? odd_sign_in(node.as_string()->get()) : "";
+      const std::string given = node.is_string() ? node.as_string()->get() : "";
+      const bool whole = std::holds_alternative<std::int64_t>(like) && has_decimal_comma(given);
+      const std::string text = whole ? "there is a comma in it; write digits alone" : odd_sign_in(given);
       std::string example = print_value(like);
       if (example.size() > 20 || example == "[]")
         example = kind_of(like) == kind_of(std::vector<double>{})   ? "[0.1, 0.3]"
@@ -462,8 +467,8 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
   }
   if (empty == EmptyFile::refused && reader.has_read_nothing()) {
     throw InputError(
-        "{}: there is no key in it, so that it may be empty by mistake, and the defaults are hours of work; "
-        "write at least one, for example a line [friction] and below it mu = [0.3]",
+        "{}: there is no key in it, so that it may be empty by mistake; write at least one, for example a line "
+        "[friction] and below it mu = [0.3]",
         file);
   }
   for (const std::string& assignment : overrides) reader.override_by(assignment);
