@@ -10,6 +10,7 @@
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
 using test::claim;
 using test::known;
 
@@ -193,6 +194,8 @@ TEST_CASE("Two Gaussians describe a profile that leaves little between the peaks
   const Claim wide = judged({at_friction(0.3, 0.56, 0.07, 0.01), at_friction(0.8, 0.55, 0.9, 0.1)}, "two-gaussians");
   CHECK(wide.verdict == reproduced);
   CHECK_THAT(wide.remarks, Contains("0.1000(50) at μ = 0.8"));
+  CHECK_THAT(wide.quantity, EndsWith("up to μ = 0.3"));
+  CHECK_THAT(judged({at_friction(0.25, 0.56, 0.07, 0.01)}, "two-gaussians").quantity, EndsWith("up to μ = 0.25"));
 
   // What decides is what the sentence tells: here the area, at another friction than the largest share.
   const Claim by_area = judged({area, at_friction(0.2, 0.56, 0.07, 0.03)}, "two-gaussians");

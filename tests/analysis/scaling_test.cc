@@ -171,6 +171,22 @@ TEST_CASE("results without scatter, unknown ones and impossible logarithms take 
   CHECK_THAT(low.beta.exponent.reason, Catch::Matchers::EndsWith("at 2 values, an exponent needs 3"));
 }
 
+TEST_CASE("A power law has no point at 0, and no window is proposed that begins there") {
+  std::vector<MeasuredTransport> results = family(1e-3);
+  results.front() = on_power_laws(0.04, 2.5, 1.7, 1e-3);
+  results.front().transport.spec.sampler.mu = 0;  // of a weight of beads, say: c and D are known without it
+  const ScalingFits fits = fit_scaling(results, {0, 0.6});
+  CHECK(fits.beta.points == 4);
+  CHECK(fits.beta.exponent.value == Approx(2.5).epsilon(1e-3));
+  CHECK(fits.gamma.exponent.value == Approx(1.7).epsilon(1e-3));
+  results.resize(4);  // 0, 0.1, 0.2 and 0.3
+  CHECK_THAT(fit_scaling_with_variations(results, {0.2, 0.3}).fits.beta.exponent.reason,
+             Catch::Matchers::EndsWith("; fit.scaling_window = [0.1, 0.3] holds 3"));
+  results.pop_back();
+  CHECK_THAT(fit_scaling_with_variations(results, {0.1, 0.3}).fits.beta.exponent.reason,
+             Catch::Matchers::EndsWith("an exponent needs 3"));
+}
+
 TEST_CASE("claims follow the stated rule") {
   ScalingFits fits{exponent(2.45, 0.06), exponent(1.7, 0.05), exponent(0.68, 0.02)};
   auto claims = judge_claims(with(fits), {}, {});

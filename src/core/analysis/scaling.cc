@@ -37,7 +37,7 @@ Replicated logarithm_of_slowing(const Coefficients& one) {
 ReplicatedFits fit_coefficients(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
   Points beta, gamma, alpha;
   for (const Coefficients& one : coefficients) {
-    if (one.scanned < window[0] - window_slack || one.scanned > window[1] + window_slack) continue;
+    if (one.scanned <= 0 || one.scanned < window[0] - window_slack || one.scanned > window[1] + window_slack) continue;
     const Replicated log_scanned = transform([&](double) { return std::log(one.scanned); }, one.c);
     const Replicated log_D = logarithm_of_D(one), log_slowing = logarithm_of_slowing(one);
     const bool D_usable = estimate(log_D).known(), slowing_usable = estimate(log_slowing).known();
@@ -90,8 +90,8 @@ Estimate shift_between(const ReplicatedPowerLaw& moved, const ReplicatedPowerLaw
 std::string other_window(const std::vector<Coefficients>& slopes, std::array<double, 2> window) {
   std::vector<double> usable;
   for (const Coefficients& one : slopes) {
-    if (estimate(logarithm_of_D(one)).known() && estimate(logarithm_of_slowing(one)).known())
-      usable.push_back(one.scanned);
+    const bool known = estimate(logarithm_of_D(one)).known() && estimate(logarithm_of_slowing(one)).known();
+    if (known && one.scanned > 0) usable.push_back(one.scanned);
   }
   if (usable.size() < min_power_law_points) return "";
   const std::size_t held = std::min<std::size_t>(usable.size(), min_power_law_points + 1);

@@ -323,7 +323,7 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
     return claim;
   }
   claim.measured = worst->share;
-  claim.quantity += fmt::format(", up to μ = {}", fit.scaling_window[1]);
+  claim.quantity += fmt::format(", up to μ = {}", mu.back());
   const bool failed = worst->excess > agreement, open = worst->excess > -agreement;
   claim.verdict = failed || !other_shape.empty() ? not_reproduced : open ? not_decided : reproduced;
   const char* distance = failed                       ? "exceeds it by more than three standard errors"
