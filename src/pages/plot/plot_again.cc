@@ -328,7 +328,9 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     return bytes;
   };
   std::string& bytes = plotted.bytes = bytes_as(style.format);
-  if (style.format != "tikz" && (style.width_mm != 0 || style.font_points > FigureStyle{}.font_points)) {
+  const FigureStyle usual;
+  if (style.format != "tikz" &&
+      (style.width_mm != 0 || style.font_points > usual.font_points || style.font != usual.font)) {
     const std::string cut = clipped_text(style.format == "svg" ? bytes : bytes_as("svg"), match ? match->file : "");
     require_fit(cut.empty(), fmt::format("“{}”", cut));
   }
