@@ -1,8 +1,8 @@
 #include "studies/mode_coupling/fields.h"
 
 #include <array>
+#include <complex>
 #include <numbers>
-#include <span>
 #include <utility>
 
 #include "ensemble/ensemble_runner.h"
@@ -14,7 +14,6 @@ namespace {
 
 /// Modes of the plateau: those that have decayed by exp(-saturated) since the top, and are long against beads.
 constexpr double saturated = 4, largest_k = 0.5;
-constexpr std::size_t tested_shapes = 3;
 constexpr const char* unknown_lags = "the response is not known at every lag; give more piles";
 
 }  // namespace
@@ -79,16 +78,6 @@ bool all_known(const DeepResponse& response) {
                      [](const OctaveOfDepth& octave) { return octave.D.known(); });
 }
 
-std::span<const LagResponse> deepest_lags(const DeepResponse& response) {
-  return std::span(response.lags).last(std::min(response.lags.size(), tested_shapes));
-}
-
-LayerSpectrum spectrum_of(const MeasuredEnsemble& deep, const LagResponse& lag) {
-  const BlockSums& sums = deep.record.sums;
-  return layer_spectrum(sums, static_cast<std::size_t>(std::ranges::find(sums.layers, lag.lag) - sums.layers.begin()),
-                        0);
-}
-
 }  // namespace
 
 CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
@@ -144,112 +133,9 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   for (const OctaveOfDepth& octave : result.response.octaves) {
     result.diffusion_chi2 += std::pow((octave.D.value - sum / weights) / octave.D.standard_error, 2);
   }
-  for (const LagResponse& lag : deepest_lags(result.response))
-    result.peaks.push_back(scaled_peak(spectrum_of(deep, lag), lag));
+  result.peaks = scaled_peaks(deep, result.response);
   result.shapes = test_shapes(deep, result.response, result.form);
   return result;
-}
-
-std::vector<PeakShapeTest> test_shapes(const MeasuredEnsemble& deep, const DeepResponse& response,
-                                       const SoundForm& form) {
-  std::vector<PeakShapeTest> shapes;
-  for (const LagResponse& lag : deepest_lags(response)) shapes.push_back(test_shape(spectrum_of(deep, lag), lag, form));
-  return shapes;
-}
-
-namespace {
-
-/// chi^2 of the peaks mode(k W) exp(-i k x_p) and their mirror images with the best x_p and W.
-template <typename Mode>
-double chi2_of(const LayerSpectrum& spectrum, double peak, double width, Mode mode) {
-  const auto residuals = [&](double x, double W) {
-    std::vector<double> result;
-    for (std::size_t m = 0; m < spectrum.whole.size(); ++m) {
-      const double k = 2 * std::numbers::pi * static_cast<double>(m + 1) / spectrum.columns;
-      const double modelled = (mode(k * W) * std::polar(1.0, -k * x)).real();
-      result.push_back((spectrum.whole[m] - modelled) / spectrum.noise[m]);
-    }
-    return result;
-  };
-  const std::vector<double> alike(spectrum.whole.size(), 1.0);
-  std::vector<double> here = residuals(peak, width);
-  for (int step = 0; step < 30; ++step) {
-    const double h = 1e-4 * width;
-    const TwoNumbers change = least_squares(here, less(here, residuals(peak + h, width), h),
-                                            less(here, residuals(peak, width + h), h), alike);
-    const double of_peak = change.first, of_width = change.second;
-    const double size = std::hypot(of_peak, of_width), part = std::min(1.0, 0.3 * width / size);
-    peak += part * of_peak;
-    width += part * of_width;
-    here = residuals(peak, width);
-    if (size < 1e-6 * width) break;
-  }
-  double chi2 = 0;
-  for (const double one : here) chi2 += one * one;
-  return chi2;
-}
-
-/// How far scaled peaks reach, in widths, and how fine they are.
-constexpr double reach = 4, fineness = 0.1;
-
-std::vector<double> scaled_places() {
-  std::vector<double> x;
-  for (int i = 0; i <= static_cast<int>(2 * reach / fineness); ++i) x.push_back(fineness * i - reach);
-  return x;
-}
-
-}  // namespace
-
-ScaledPeak scaled_peak(const LayerSpectrum& spectrum, const LagResponse& lag) {
-  const double W = std::sqrt(lag.width_squared.value);
-  ScaledPeak peak{lag.z, scaled_places(), {}};
-  for (const double x : peak.x) {
-    const double angle = 2 * std::numbers::pi * (lag.peak_position.value + x * W) / spectrum.columns;
-    const auto height = [&](ResponseModes modes) {
-      double sum = 1;
-      for (std::size_t m = 0; m < modes.cosines.size(); ++m) {
-        const double turned = angle * static_cast<double>(m + 1);
-        sum += 2 * (modes.cosines[m] * std::cos(turned) + modes.sines[m] * std::sin(turned));
-      }
-      return W * sum / spectrum.columns;
-    };
-    Replicated replicates{height(spectrum.modes()), {}};
-    for (std::size_t b = 0; b < spectrum.without_block.size(); ++b)
-      replicates.without_block.push_back(height(spectrum.modes_without(b)));
-    peak.height.push_back(estimate(replicates));
-  }
-  return peak;
-}
-
-ScaledPeak scaled_peak(const SoundForm& form, double z, int columns) {
-  const DoubleGaussian shape = form.shape(z, columns);
-  ScaledPeak peak{z, scaled_places(), {}};
-  for (const double x : peak.x) {
-    double sum = 1;
-    for (int m = 1; m <= (columns - 1) / 2; ++m) {
-      const double k = 2 * std::numbers::pi * m / columns;
-      sum += 2 * (form.mode(k, z) * std::polar(1.0, k * (shape.peak + x * shape.width))).real();
-    }
-    peak.height.push_back({shape.width * sum / columns, 0, {}});
-  }
-  return peak;
-}
-
-PeakShapeTest test_shape(const LayerSpectrum& spectrum, const LagResponse& lag, const SoundForm& form) {
-  const double peak = lag.peak_position.value, width = std::sqrt(lag.width_squared.value);
-  PeakShapeTest test;
-  test.z = lag.z;
-  test.degrees_of_freedom = static_cast<int>(spectrum.whole.size()) - 2;
-  test.gaussian = chi2_of(spectrum, peak, width, [](double k) { return std::complex(std::exp(-k * k / 2)); });
-  test.kpz = chi2_of(spectrum, peak, width, [](double k) { return std::complex(kpz_peak().mode(k)); });
-  test.levy = std::nan("");
-  if (form.D == 0) return test;
-  // By its own x_p and W.
-  const DoubleGaussian shape = form.shape(lag.z, spectrum.columns);
-  test.levy = chi2_of(spectrum, peak, width, [&](double k) {
-    return form.mode(k / shape.width, lag.z) * std::polar(1.0, k / shape.width * shape.peak);
-  });
-  return test;
 }
 
 namespace {

@@ -237,14 +237,6 @@ void to_json(Json& json, const ThrustCurvature& one) {
   json = {{"at_zero", one.at_zero}, {"curvature", one.curvature}, {"about_form", one.test}};
 }
 
-void to_json(Json& json, const PeakShapeTest& test) {
-  json = {{"z", test.z},
-          {"degrees_of_freedom", test.degrees_of_freedom},
-          {"chi2_gaussian", finite_or_null(test.gaussian)},
-          {"chi2_kpz", finite_or_null(test.kpz)},
-          {"chi2_levy", finite_or_null(test.levy)}};
-}
-
 void to_json(Json& json, const FormFit& fit) {
   json = {
       {"D", fit.D}, {"B", fit.B}, {"chi2", finite_or_null(fit.chi2)}, {"degrees_of_freedom", fit.degrees_of_freedom}};

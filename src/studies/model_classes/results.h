@@ -6,7 +6,7 @@
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "sampling/model_spec.h"
-#include "studies/mode_coupling/fields.h"
+#include "studies/sound_form.h"
 #include "studies/study.h"
 
 namespace granuscope {
