@@ -590,6 +590,20 @@ TEST_CASE("Lines of VTK are contacts, whose points are the particles") {
     INFO(text);
     CHECK_THROWS_WITH(packing_of(folder, text), Contains(told));
   }
+  // Blocks that unpack to much more than the file has: each may, all together are refused before any is unpacked.
+  const auto packed = [&](std::uint32_t blocks, std::uint32_t bytes) {
+    std::string head;
+    for (std::uint32_t k = 0; k < blocks + 3; ++k) {
+      for (int byte = 0; byte < 4; ++byte)
+        head += static_cast<char>((k == 0 ? blocks : k == 1 ? bytes : 0U) >> 8 * byte);
+    }
+    const std::string points = "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"";
+    std::string text = changed(upright, "type=\"PolyData\"", "type=\"PolyData\" compressor=\"vtkZLibDataCompressor\"");
+    text = changed(text, points + "ascii\">0 5 0 0 5 1", points + "appended\" offset=\"0\">");
+    return changed(text, "</VTKFile>", "<AppendedData encoding=\"raw\">_" + head + std::string(20'000, ' '));
+  };
+  CHECK_THROWS_WITH(packing_of(folder, packed(200, 20'000'000)), Contains("larger than 2 GB"));
+  CHECK_THROWS_WITH(packing_of(folder, packed(20, 20'000)), Contains("fewer numbers"));
   PackingFiles unknown;
   unknown.columns = {"N=pressure"};
   CHECK_THROWS_WITH(packing_of(folder, upright, "", unknown), Contains("of the columns x1, y1") && Contains("press"));

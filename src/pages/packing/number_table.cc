@@ -197,6 +197,9 @@ class Reader {
         table.named = !names.empty();
         if (names.empty()) names.resize(names_in(line, separator).size());
         set_columns(names, lines.number(), table);
+        const auto rows = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
+        table.numbers.reserve(rows * table.columns.size());
+        table.lines.reserve(rows);
         if (!numbers) continue;
       }
       add_row(line, separator, lines.number(), table);

@@ -120,6 +120,7 @@ std::vector<double> frames_of(const NumberTable& table, const std::filesystem::p
 std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::filesystem::path& file,
                                        std::optional<double> wanted, bool needed) {
   std::vector<std::size_t> rows;
+  rows.reserve(table.rows());
   const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
   const std::vector<double> seen = frames_of(table, file);
   if (needed && wanted && !table.dump && (!frames || !std::binary_search(seen.begin(), seen.end(), *wanted))) {
@@ -278,6 +279,8 @@ class PackingReader {
     std::vector<double> apart;
     std::vector<std::size_t> lines(packing_.contacts.size());
     const std::size_t before_it = lines.size();
+    packing_.contacts.reserve(before_it + table.rows());
+    lines.reserve(before_it + table.rows());
     for (const std::size_t row : rows_of_frame(table, file, step_, first_file)) {
       const auto none_in = [&](const Column* column) { return !*column || (*column)(row) == 0; };
       // LAMMPS lists every particle, with zeros where it touches no wall.

@@ -185,6 +185,7 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
            std::max(one.z0, one.z1) + reach < scene.extent.z0 || std::min(one.z0, one.z1) - reach > scene.extent.z1;
   };
   std::vector<Element> elements;
+  elements.reserve(packing.particles.size() + packing.contacts.size());
   for (const Particle& one : packing.particles) {
     if (!std::isfinite(one.x) || !(one.radius > 0)) continue;
     const Element disc{one.x / d, -one.y / d, one.x / d, -one.y / d, 2 * one.radius / d, particle_level, Outline::bar};

@@ -22,6 +22,7 @@ namespace granuscope {
 namespace {
 
 using Doubles = std::vector<double>;
+constexpr double most_unpacked = 2e9;  // bytes of a file
 
 struct VtkArray {
   std::string name;
@@ -248,7 +249,7 @@ class XmlReader : VtkReader {
     return static_cast<std::size_t>(number[0]);
   }
 
-  std::string unpacked(VtkBytes bytes, const std::string& name) const {
+  std::string unpacked(VtkBytes bytes, const std::string& name) {
     std::string all;
     if (!compressed_) {
       const std::size_t size = count_in(bytes, name);
@@ -256,9 +257,13 @@ class XmlReader : VtkReader {
       if (all.size() < size) refuse_cut(name);
       return all;
     }
-    std::vector<std::size_t> sizes(count_in(bytes, name));
+    const std::size_t blocks = count_in(bytes, name);
+    if (blocks > text_.size() + appended_.size()) refuse_cut(name);
+    std::vector<std::size_t> sizes(blocks);
     const std::size_t whole = count_in(bytes, name), last = count_in(bytes, name);
     for (std::size_t& size : sizes) size = count_in(bytes, name);
+    unpacked_ += static_cast<double>(whole) * static_cast<double>(sizes.size());
+    if (unpacked_ > most_unpacked) refuse("its arrays are larger than 2 GB when they are unpacked");
     for (std::size_t k = 0; k < sizes.size(); ++k) {
       const std::string packed = bytes.take(sizes[k]);
       std::string block(k + 1 == sizes.size() && last > 0 ? last : whole, '\0');
@@ -309,6 +314,7 @@ class XmlReader : VtkReader {
   VtkGrid grid_;
   std::string_view appended_;
   bool appended_coded_ = false, compressed_ = false, swapped_ = false;
+  double unpacked_ = 0;  // bytes of all arrays so far
   std::size_t size_of_count_ = 4;
 };
 
