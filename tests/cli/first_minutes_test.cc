@@ -445,6 +445,9 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK_THAT(granuscope_command({"new", "--error-of", "x=1"}).err, Contains("write c=0.001 or D=0.01"));
   CHECK_THAT(granuscope_command({"new", "--error-of", "c=much"}).err, Contains("much is not a number"));
   CHECK_THAT(granuscope_command({"new", "--error-of", "c=0,001"}).err, Contains("decimal comma"));
+  for (const char* none : {"c=0", "D=-0.01"}) {
+    CHECK_THAT(granuscope_command({"new", "--error-of", none}).err, Contains("an error is larger than 0"));
+  }
   for (const char* friction : {"0,1", "0,3"})
     CHECK_THAT(granuscope_command({"new", "--mu", friction}).err, Contains("decimal comma"));
   for (const char* friction : {"−0.1", "0,1"})

@@ -57,6 +57,7 @@ std::string file_text(const NewOptions& options) {
                              : " to begin with");
   if (!options.errors.empty()) text += "\n[precision]  # piles are drawn until the standard errors are so small\n";
   std::set<std::string> asked;
+  std::string none;
   for (const std::string& one : options.errors) {
     if (const std::string odd = odd_sign_in(one); !odd.empty()) throw InputError("--error-of {}: {}", one, odd);
     const std::size_t equals = one.find('=');
@@ -68,8 +69,10 @@ std::string file_text(const NewOptions& options) {
     }
     double error = 0;
     key_fields::from_text(error, one.substr(equals + 1));
+    if (!(error > 0)) none = one;
     text += fmt::format("{} = {}\n", one.substr(0, equals), error);
   }
+  if (!none.empty()) throw InputError("--error-of {}: an error is larger than 0", none);
   return text;
 }
 
