@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "analysis/synthetic_ensemble.h"
 #include "kit/claim.h"
 #include "kit/estimates.h"
 #include "model/lattice.h"
-#include "synthetic_ensemble.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

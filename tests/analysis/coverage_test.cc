@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "analysis/precision.h"
+#include "analysis/synthetic_ensemble.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
-#include "synthetic_ensemble.h"
 
 using namespace granuscope;
 

@@ -8,11 +8,11 @@
 #include "analysis/claims.h"
 #include "analysis/jackknife.h"
 #include "analysis/scaling.h"
+#include "analysis/synthetic_ensemble.h"
 #include "analysis/transport.h"
 #include "kit/claim.h"
 #include "kit/estimates.h"
 #include "model/lattice.h"
-#include "synthetic_ensemble.h"
 
 using namespace granuscope;
 using test::claim;

@@ -7,8 +7,8 @@
 
 #include "analysis/double_gaussian.h"
 #include "analysis/shape_fit.h"
+#include "analysis/synthetic_ensemble.h"
 #include "model/lattice.h"
-#include "synthetic_ensemble.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

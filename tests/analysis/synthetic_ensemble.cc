@@ -1,4 +1,4 @@
-#include "synthetic_ensemble.h"
+#include "analysis/synthetic_ensemble.h"
 
 #include <cmath>
 #include <random>

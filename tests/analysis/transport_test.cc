@@ -9,6 +9,7 @@
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
 #include "analysis/shape_fit.h"
+#include "analysis/synthetic_ensemble.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/linear_response.h"
@@ -18,7 +19,6 @@
 #include "sampling/simple_laws.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
-#include "synthetic_ensemble.h"
 
 namespace granuscope {
 namespace {
