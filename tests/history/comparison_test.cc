@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 /// With the one figure whose layers are fitted for it.
-Experiment experiment() {
+Experiment plain_experiment() {
   Experiment small = unplotted(small_experiment());
   small.figures.response_profiles = true;
   return small;
@@ -29,7 +29,7 @@ Experiment experiment() {
 const fs::path& a_run() {
   static const TemporaryFolder folder;
   static const fs::path path = [] {
-    run_experiment(experiment(), quiet(folder.path() / "run"));
+    run_experiment(plain_experiment(), quiet(folder.path() / "run"));
     return folder.path() / "run";
   }();
   return path;
@@ -134,7 +134,7 @@ TEST_CASE("Sums that differ are told as sampling, figures that differ as plottin
 
 TEST_CASE("Another seed is held against by its primary numbers, another law not at all") {
   const TemporaryFolder scratch;
-  Experiment other = experiment();
+  Experiment other = plain_experiment();
   other.sampling.seed = 12;
   run_experiment(other, quiet(scratch / "seed"));
   const Comparison seeds = compare_runs(a_run(), scratch / "seed");
@@ -182,7 +182,7 @@ TEST_CASE("Another seed is held against by its primary numbers, another law not 
 
 TEST_CASE("A summary that an earlier run left beside another experiment is compared with nothing") {
   const Copy copy;
-  Experiment other = experiment();
+  Experiment other = plain_experiment();
   other.sampling.seed = 12;
   run_experiment(other, quiet(copy.path, {Stage::sample}));
   CHECK(fs::exists(copy.path / "earlier-summary.json"));

@@ -301,7 +301,7 @@ TEST_CASE("shards keep off each other and off other experiments") {
 
 namespace {
 
-Experiment experiment(int seed = 5) {
+Experiment shared_experiment(int seed = 5) {
   Experiment experiment = sharded_experiment();
   experiment.mu = {0.3};
   experiment.studies = {};
@@ -316,8 +316,8 @@ struct Halves {
   TemporaryFolder folder;
   fs::path a = folder / "a", b = folder / "b";
   Halves() {
-    run_shard(experiment(), quiet(a), {1, 2});
-    run_shard(experiment(), quiet(b), {2, 2});
+    run_shard(shared_experiment(), quiet(a), {1, 2});
+    run_shard(shared_experiment(), quiet(b), {2, 2});
   }
   fs::path of_a() const { return a / (blocks + "0.h5"); }
 
@@ -378,7 +378,7 @@ TEST_CASE("hostile folders are not merged, and nothing of them is lost") {
   }
   SECTION("another seed") {
     fs::remove_all(halves.a);
-    run_shard(experiment(6), quiet(halves.a), {1, 2});
+    run_shard(shared_experiment(6), quiet(halves.a), {1, 2});
     CHECK_THAT(halves.refusal(), Contains("another experiment") && Contains("seed = 6 where 5 is there"));
   }
   SECTION("another version of the sampling") {
@@ -418,7 +418,7 @@ TEST_CASE("folders at work are not merged, and the same folder twice is one") {
 
 TEST_CASE("missing blocks are listed with the commands that draw them") {
   const Halves halves;
-  run_shard(experiment(), quiet(halves.b), {3, 4});
+  run_shard(shared_experiment(), quiet(halves.b), {3, 4});
   fs::remove(halves.of_a());
   fs::remove(halves.b / (blocks + "1.h5"));
   const std::string refusal = halves.refusal();
@@ -427,8 +427,8 @@ TEST_CASE("missing blocks are listed with the commands that draw them") {
   const std::string run = "granuscope run " + (halves.b / "experiment.toml").string() + " --shard ";
   CHECK_THAT(refusal, Contains(run + "1/4 --out " + halves.b.string()) && Contains(run + "2/4"));
   CHECK_THAT(refusal, !Contains("3/4"));
-  run_shard(experiment(), quiet(halves.b), {1, 4});
-  run_shard(experiment(), quiet(halves.b), {2, 4});
+  run_shard(shared_experiment(), quiet(halves.b), {1, 4});
+  run_shard(shared_experiment(), quiet(halves.b), {2, 4});
   CHECK_NOTHROW(halves.merge());
 }
 

@@ -15,7 +15,7 @@
 namespace granuscope {
 namespace {
 
-GlContext& context() {
+GlContext& gl_context() {
   static const auto made = make_gl_context("auto");
   return *made;
 }
@@ -33,9 +33,9 @@ Image without_gl(const Scene& scene, const SceneSpec& spec) {
 
 /// The same pixels as llvmpipe; any other driver may round the ends of slanted bars otherwise.
 void check_alike(const Scene& scene, const SceneSpec& spec) {
-  const Image here = without_gl(scene, spec), there = paint(scene, spec, context());
+  const Image here = without_gl(scene, spec), there = paint(scene, spec, gl_context());
   REQUIRE(here.rgba.size() == there.rgba.size());
-  if (context().renderer().find("llvmpipe") != std::string::npos) {
+  if (gl_context().renderer().find("llvmpipe") != std::string::npos) {
     CHECK((here.rgba == there.rgba));
     return;
   }

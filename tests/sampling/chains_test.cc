@@ -67,7 +67,7 @@ struct Size {
   double angle = 30;
 };
 
-SamplerSpec spec_of(Law law, double mu, double lambda = 1) {
+SamplerSpec chain_spec(Law law, double mu, double lambda = 1) {
   SamplerSpec spec;
   spec.law = law;
   spec.mu = mu;
@@ -106,8 +106,8 @@ const std::vector<Size> sizes = {{4, 3, 0.8}, {6, 6, 0.3}, {5, 5, 0.15}, {4, 2, 
 
 void compare_with_rejection(std::uint64_t groups, double resolution) {
   for (const Size& size : sizes) {
-    const auto exact = measure(size, spec_of(Law::rejection, size.mu), 2 * groups);
-    const auto chain = measure(size, spec_of(Law::polytope, size.mu), groups);
+    const auto exact = measure(size, chain_spec(Law::rejection, size.mu), 2 * groups);
+    const auto chain = measure(size, chain_spec(Law::polytope, size.mu), groups);
     std::size_t comparisons = 0;
     for (std::size_t j = 0; j < exact.size(); ++j) comparisons += exact[j].variance() > 1e-20 ? 1 : 0;
     CHECK(comparisons >= 2);  // two layers have no more than their thrusts
@@ -134,7 +134,7 @@ TEST_CASE("the chain at lambda = 0 draws the flat measure: rejection piles rewei
   const std::vector<Size> small = {{4, 2, 0.3}, {4, 3, 0.3}, {5, 3, 0.4}};
   for (const Size& size : small) {
     const Lattice lattice({.columns = size.columns, .layers = size.layers});
-    const auto sampler = make_sampler(spec_of(Law::rejection, size.mu), lattice);
+    const auto sampler = make_sampler(chain_spec(Law::rejection, size.mu), lattice);
     const std::vector<double> load(static_cast<std::size_t>(size.columns), 1.0);
     Pile pile(lattice);
     const int piles = test::sanitized ? 10'000 : 50'000;
@@ -149,7 +149,7 @@ TEST_CASE("the chain at lambda = 0 draws the flat measure: rejection piles rewei
     }
     // As many equally weighted piles; too few would tell nothing.
     CHECK(total * total / total_squares > 1000);
-    const auto chain = measure(size, spec_of(Law::polytope, size.mu, 0), test::sanitized ? 200 : 800);
+    const auto chain = measure(size, chain_spec(Law::polytope, size.mu, 0), test::sanitized ? 200 : 800);
     for (std::size_t j = 0; j < chain.size(); ++j) {
       if (!(chain[j].variance() > 1e-20)) continue;
       double mean = 0, error = 0;
@@ -168,7 +168,7 @@ TEST_CASE("the chain at lambda = 1 meets a second implementation of the law reje
   const double angle = GENERATE(30.0, 45.0), cot = 1 / std::tan(angle * std::numbers::pi / 180);
   CAPTURE(angle);
   const auto expected = test::naive_rejection_moments(0.3, 6, 6, 200'000 / test::share_of_samples, 7, angle);
-  const auto means = measure({6, 6, 0.3, angle}, spec_of(Law::polytope, 0.3), test::sanitized ? 100 : 200);
+  const auto means = measure({6, 6, 0.3, angle}, chain_spec(Law::polytope, 0.3), test::sanitized ? 100 : 200);
   for (std::size_t n = 0; n < 6; ++n) {
     const auto thrust = means[4 * n].estimate(), squares = means[4 * n + 1].estimate();
     const test::Estimated alpha = {cot * thrust.value / 6, cot * thrust.error / 6};
@@ -212,7 +212,7 @@ TEST_CASE("chains from unlike starts have forgotten them after the burn-in, and 
   const Lattice lattice({.columns = size.columns, .layers = size.layers});
   const FrictionCone cone(size.mu);
   const std::vector<double> load(static_cast<std::size_t>(size.columns), 1.0);
-  const auto granusolve = make_sampler(spec_of(Law::granusolve, size.mu), lattice);
+  const auto granusolve = make_sampler(chain_spec(Law::granusolve, size.mu), lattice);
   /// Every contact carries half a load vertically and the same part of its cone sideways.
   const auto even = [&](double tangent) {
     Pile pile(lattice);
@@ -234,7 +234,7 @@ TEST_CASE("chains from unlike starts have forgotten them after the burn-in, and 
       [&](int) { return even(cone.t_minus()); }, [&](int) { return even(cone.t_plus()); }};
   const int chains = test::sanitized ? 120 : 400;
   for (const double lambda : {0.0, 1.0}) {
-    const ChainPlan plan = plan_chain(spec_of(Law::polytope, size.mu, lambda), lattice, load);
+    const ChainPlan plan = plan_chain(chain_spec(Law::polytope, size.mu, lambda), lattice, load);
     const auto worst_sigmas = [&](std::uint64_t sweeps, double& error, std::size_t& comparisons) {
       std::vector<std::vector<RunningMean>> measured;
       for (std::size_t s = 0; s < starts.size(); ++s) {
@@ -269,7 +269,7 @@ TEST_CASE("moves keep every balance, cone and identity without any repair") {
   const Lattice lattice({.columns = 7, .layers = 9});
   for (const double mu : {0.1, 0.5773502691896258, 1.2}) {
     for (const double lambda : {0.0, 0.4, 1.0}) {
-      const auto start = make_sampler(spec_of(Law::granusolve, mu), lattice);
+      const auto start = make_sampler(chain_spec(Law::granusolve, mu), lattice);
       Pile pile(lattice);
       REQUIRE_FALSE(start->draw(0, std::vector<double>(7, 1.0), pile).has_value());
       PolytopeChain chain(FrictionCone(mu), lattice, lambda);
@@ -386,7 +386,7 @@ TEST_CASE("the time that pilots measure is the one by which means over independe
   const std::vector<double> load(4, 1.0);
   for (const double lambda : {0.0, 1.0}) {
     if (test::sanitized && lambda == 1) continue;  // seven times as slow a chain
-    SamplerSpec spec = spec_of(Law::polytope, 0.3, lambda);
+    SamplerSpec spec = chain_spec(Law::polytope, 0.3, lambda);
     RunningMean pilots;
     constexpr int seeds = 100;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -418,11 +418,11 @@ TEST_CASE("a pilot that keeps ever fewer of its sweeps measures the time that al
     if (test::sanitized && pilot.columns > 4 && pilot.lambda == 1) continue;
     const Lattice lattice({.columns = pilot.columns, .layers = pilot.layers});
     const std::vector<double> load(static_cast<std::size_t>(pilot.columns), 1.0);
-    const SamplerSpec spec = spec_of(Law::polytope, pilot.mu, pilot.lambda);
+    const SamplerSpec spec = chain_spec(Law::polytope, pilot.mu, pilot.lambda);
     const ChainPlan plan = plan_chain(spec, lattice, load);
     longest = std::max(longest, plan.pilot_sweeps);
     Pile pile(lattice);
-    REQUIRE_FALSE(make_sampler(spec_of(Law::granusolve, pilot.mu), lattice)->draw(0, load, pile));
+    REQUIRE_FALSE(make_sampler(chain_spec(Law::granusolve, pilot.mu), lattice)->draw(0, load, pile));
     PolytopeChain chain(FrictionCone(pilot.mu), lattice, 0);
     chain.set(pile);
     const RandomKey key(spec.seed, 0);
@@ -448,10 +448,11 @@ TEST_CASE("samples are the piles of one chain for each eight, after the burn-in 
   const Lattice lattice({.columns = 5, .layers = 5});
   const std::vector<double> load = {1, 2, 1, 1, 0.5};
   for (const double lambda : {0.0, 1.0}) {
-    SamplerSpec spec = spec_of(Law::polytope, 0.4, lambda);
+    SamplerSpec spec = chain_spec(Law::polytope, 0.4, lambda);
     spec.burn_in = 21;
     spec.thinning = 6;
-    const auto sampler = make_sampler(spec, lattice), granusolve = make_sampler(spec_of(Law::granusolve, 0.4), lattice);
+    const auto sampler = make_sampler(spec, lattice),
+               granusolve = make_sampler(chain_spec(Law::granusolve, 0.4), lattice);
     for (const std::uint64_t first : {0U, 8U, 64U}) {
       Pile pile(lattice), expected(lattice);
       REQUIRE_FALSE(granusolve->draw(first, load, expected));
@@ -483,7 +484,7 @@ TEST_CASE("samples are the piles of one chain for each eight, after the burn-in 
 TEST_CASE("burn-in and thinning follow what the pilot measures; a pile too large is refused at once") {
   const Lattice lattice({.columns = 6, .layers = 6});
   const std::vector<double> load(6, 1.0);
-  SamplerSpec spec = spec_of(Law::polytope, 0.3);
+  SamplerSpec spec = chain_spec(Law::polytope, 0.3);
   const ChainPlan plan = plan_chain(spec, lattice, load);
   CHECK(static_cast<double>(plan.pilot_sweeps) > 100 * plan.autocorrelation_time);
   CHECK(static_cast<double>(plan.burn_in) >= burn_in_times * plan.autocorrelation_time);

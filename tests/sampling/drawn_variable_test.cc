@@ -91,7 +91,7 @@ std::array<double, 8> blind_pile(DrawnVariable drawn, double mu, const std::vect
   return split;
 }
 
-void add_moments(const double* H_R, std::vector<test::RunningMean>& measured) {
+void add_moments_of_two(const double* H_R, std::vector<test::RunningMean>& measured) {
   for (std::size_t i = 0; i < 8; ++i) {
     measured[i].add(H_R[i]);
     measured[8 + i].add(H_R[i] * H_R[i]);
@@ -113,8 +113,8 @@ double farthest(DrawnVariable of_sampler, DrawnVariable of_blind, double mu, con
   Pile pile(lattice);
   for (int k = 0; k < piles; ++k) {
     if (sampler->draw(8 * static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
-    add_moments(pile.H_R.data(), drawn);
-    add_moments(blind_pile(of_blind, mu, load, random).data(), blind);
+    add_moments_of_two(pile.H_R.data(), drawn);
+    add_moments_of_two(blind_pile(of_blind, mu, load, random).data(), blind);
   }
   const SamplerCounts& counts = sampler->counts();
   CAPTURE(mu, name_of(of_sampler), counts.pairs);

@@ -357,14 +357,14 @@ TEST_CASE("a solver sees a broken pile by itself, unless assertions are off") {
 // Source: backtracks that draw their numbers eight at a time are those that draw one after the other; equality is
 // exact, of failures and counts too.
 
-struct Drawn {
+struct DrawnPile {
   std::vector<Pile> piles;
   std::vector<int> failed_in;  ///< layer, or -1
   SamplerCounts counts;
 };
 
-Drawn drawn_alone(const SamplerSpec& spec, const Lattice& lattice, const std::vector<double>& load) {
-  Drawn drawn;
+DrawnPile drawn_alone(const SamplerSpec& spec, const Lattice& lattice, const std::vector<double>& load) {
+  DrawnPile drawn;
   const auto sampler = make_sampler(spec, lattice);
   for (std::uint64_t sample = 0; sample < 4; ++sample) {
     drawn.piles.emplace_back(lattice);
@@ -383,7 +383,7 @@ std::uint64_t check_backtracks(const SamplerSpec& spec, LatticeSpec lattice_spec
     const PlainKernels plain;
     return drawn_alone(spec, lattice, load);
   };
-  const Drawn expected = one_by_one(), drawn = drawn_alone(spec, lattice, load);
+  const DrawnPile expected = one_by_one(), drawn = drawn_alone(spec, lattice, load);
   CHECK(drawn.failed_in == expected.failed_in);
   for (std::size_t k = 0; k < drawn.piles.size(); ++k) {
     if (drawn.failed_in[k] >= 0) continue;

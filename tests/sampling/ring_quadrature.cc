@@ -6,7 +6,7 @@
 namespace granuscope::test {
 namespace {
 
-struct Range {
+struct SplitRange {
   double low, high;
   double length() const { return high - low; }
 };
@@ -17,7 +17,7 @@ struct Bead {
   explicit Bead(double mu)
       : flat(std::tan(std::atan(1 / std::sqrt(3.0)) - std::atan(mu))),
         steep(std::tan(std::atan(1 / std::sqrt(3.0)) + std::atan(mu))) {}
-  Range split(double V_UL, double V_UR, double H) const {
+  SplitRange split(double V_UL, double V_UR, double H) const {
     const double V_R = V_UR + std::sqrt(3.0) * H, V_L = V_UL - std::sqrt(3.0) * H;
     return {std::max(flat * V_R, flat * V_L + H), std::min(steep * V_R, steep * V_L + H)};
   }
@@ -39,7 +39,7 @@ class Ring {
     }
   }
   bool solvable() const {
-    return std::all_of(own_.begin(), own_.end(), [](Range own) { return own.length() > 0; });
+    return std::all_of(own_.begin(), own_.end(), [](SplitRange own) { return own.length() > 0; });
   }
   double volume() const { return own_[0].length() * own_[1].length() * own_[2].length() * own_[3].length(); }
   double centre(std::size_t i, int cell) const { return own_[i].low + (cell + 0.5) * own_[i].length() / cells_; }
@@ -161,7 +161,7 @@ class Ring {
   Bead bead_;
   RingForces in_;
   int cells_;
-  std::array<Range, 4> own_{};
+  std::array<SplitRange, 4> own_{};
   std::array<double, 4> V_R_{}, V_L_{};
   std::array<std::vector<double>, 4> kernel_;
 };

@@ -407,18 +407,18 @@ TEST_CASE("a model refuses what it cannot be") {
 
 namespace {
 
-struct Drawn {
+struct DrawnModel {
   Pile pile;
   std::unique_ptr<Sampler> sampler;
 };
 
-Drawn draw(Law law, double mu, LatticeSpec size, std::uint64_t sample, const std::vector<double>& load) {
+DrawnModel draw(Law law, double mu, LatticeSpec size, std::uint64_t sample, const std::vector<double>& load) {
   const Lattice lattice(size);
   SamplerSpec spec;
   spec.law = law;
   spec.mu = mu;
   spec.seed = 31;
-  Drawn drawn{Pile(lattice), make_sampler(spec, lattice)};
+  DrawnModel drawn{Pile(lattice), make_sampler(spec, lattice)};
   REQUIRE_FALSE(drawn.sampler->draw(sample, load, drawn.pile).has_value());
   return drawn;
 }
@@ -434,7 +434,7 @@ constexpr LatticeSpec small{.columns = 40, .layers = 50}, tiny{.columns = 4, .la
 }  // namespace
 
 TEST_CASE("numbers are the places of the splits in their intervals") {
-  const Drawn first = draw(Law::rejection, 0.3, tiny, 2, std::vector<double>(4, 1.0));
+  const DrawnModel first = draw(Law::rejection, 0.3, tiny, 2, std::vector<double>(4, 1.0));
   std::vector<double> numbers;
   read_split_uniforms(first.pile, numbers);
   const RandomKey key(31, 2);
@@ -452,7 +452,7 @@ TEST_CASE("solved again under the same load a pile is the same, byte for byte") 
   // force below 50 layers.
   for (const double mu : {0.0, 0.02, 0.1, 0.5, 1.0, 1.7}) {
     const std::vector<double> load(40, 1.0);
-    Drawn first = draw(Law::granusolve, mu, {.columns = 40, .layers = 400}, 3, load);
+    DrawnModel first = draw(Law::granusolve, mu, {.columns = 40, .layers = 400}, 3, load);
     Pile again(first.pile.lattice);
     const auto uniforms_before = first.sampler->counts().uniforms;
     REQUIRE_FALSE(first.sampler->draw_again(3, load, first.pile, again).has_value());
@@ -466,7 +466,7 @@ TEST_CASE("solved again under the same load a pile is the same, byte for byte") 
 
 TEST_CASE("a load multiplied by a power of two redraws nothing and scales the pile") {
   const std::vector<double> load(40, 1.0), quadrupled(40, 4.0);
-  Drawn first = draw(Law::granusolve, 0.3, small, 5, load);
+  DrawnModel first = draw(Law::granusolve, 0.3, small, 5, load);
   Pile again(first.pile.lattice);
   REQUIRE_FALSE(first.sampler->draw_again(5, quadrupled, first.pile, again).has_value());
   CHECK(count_redrawn(first.pile, again) == 0);
@@ -484,7 +484,7 @@ TEST_CASE("an overload redraws beads inside its light cone only, and the piles s
     std::size_t redrawn_beads = 0;
     for (std::uint64_t sample = 0; sample < 20; ++sample) {
       load[150] = 1;
-      Drawn first = draw(Law::granusolve, mu, wide, sample, load);
+      DrawnModel first = draw(Law::granusolve, mu, wide, sample, load);
       load[150] = 2;
       Pile again(first.pile.lattice);
       REQUIRE_FALSE(first.sampler->draw_again(sample, load, first.pile, again).has_value());
@@ -566,7 +566,7 @@ TEST_CASE("numbers drawn when a pile is solved again are none of the first solut
   std::vector<double> numbers;
   int of_first = 0, of_again = 0;
   for (std::uint64_t sample = 0; sample < 100; ++sample) {
-    Drawn first = draw(Law::granusolve, 0.1, size, sample, load);
+    DrawnModel first = draw(Law::granusolve, 0.1, size, sample, load);
     Pile again(lattice);
     REQUIRE_FALSE(first.sampler->draw_again(sample, overloaded, first.pile, again));
     find_redrawn(first.pile, again, redrawn);
@@ -594,7 +594,7 @@ TEST_CASE(
   int kept = 0, drawn_anew = 0;
   std::vector<double> numbers;
   for (std::uint64_t sample = 0; sample < 300; ++sample) {
-    Drawn first = draw(Law::rejection, 0.3, tiny, sample, load);
+    DrawnModel first = draw(Law::rejection, 0.3, tiny, sample, load);
     const auto tries = static_cast<std::uint32_t>(first.sampler->counts().tries);
     const auto uniforms = first.sampler->counts().uniforms;
     CAPTURE(sample, tries);
@@ -626,7 +626,7 @@ TEST_CASE(
 TEST_CASE("solving again depends on its arguments only, for every law") {
   for (const Law law : {Law::granusolve, Law::rejection}) {
     std::vector<double> load(4, 1.0);
-    Drawn first = draw(law, 0.3, tiny, 9, load);
+    DrawnModel first = draw(law, 0.3, tiny, 9, load);
     load[2] = 2;
     Pile again(first.pile.lattice), once_more(first.pile.lattice), other(first.pile.lattice);
     REQUIRE_FALSE(first.sampler->draw_again(9, load, first.pile, again).has_value());
@@ -642,7 +642,7 @@ TEST_CASE("solving again depends on its arguments only, for every law") {
 
 TEST_CASE("a first pile of another lattice, or the same pile twice, is refused") {
   const std::vector<double> load(4, 1.0);
-  Drawn first = draw(Law::granusolve, 0.3, tiny, 9, load);
+  DrawnModel first = draw(Law::granusolve, 0.3, tiny, 9, load);
   CHECK_THROWS_AS(first.sampler->draw_again(9, load, first.pile, first.pile), std::logic_error);
   Pile again(first.pile.lattice);
   CHECK_THROWS_AS(first.sampler->draw_again(9, load, Pile(Lattice(small)), again), std::logic_error);

@@ -186,12 +186,12 @@ struct LoadedPile {
   double angle = 30;
 };
 
-constexpr std::array<double, 4> even = {1, 1, 1, 1}, uneven = {0.6, 1.5, 0.8, 1.1};
+constexpr std::array<double, 4> equal = {1, 1, 1, 1}, uneven = {0.6, 1.5, 0.8, 1.1};
 
 std::vector<LoadedPile> settings() {
   std::vector<LoadedPile> all;
   for (const int layers : {2, 3}) {
-    for (const auto& [mu, load] : {std::pair{0.3, even}, std::pair{0.7, uneven}}) {
+    for (const auto& [mu, load] : {std::pair{0.3, equal}, std::pair{0.7, uneven}}) {
       all.push_back({Law::rejection, 1, mu, layers, load});
       all.push_back({Law::eloy_clement, 1, mu, layers, load});
       for (const double lambda : {0.0, 0.5, 1.0}) all.push_back({Law::polytope, lambda, mu, layers, load});

@@ -28,7 +28,7 @@ using test::RunningMean;
 // itself, so that whatever changes sign, or sums to zero, under them has mean zero. The same statistics are shown to
 // see a law that lacks the symmetry: layers always solved from bead 0 rightwards.
 
-struct Setting {
+struct SymmetricSetting {
   int columns, layers;
   double mu;
   bool point_load;
@@ -49,7 +49,7 @@ struct Deviation {
   double error = 0;  ///< largest standard error of a mean, in units of the statistic's own spread
 };
 
-Deviation deviation_from_zero(const Setting& setting, const std::vector<Statistic>& statistics) {
+Deviation deviation_from_zero(const SymmetricSetting& setting, const std::vector<Statistic>& statistics) {
   const Lattice lattice({.columns = setting.columns, .layers = setting.layers});
   SamplerSpec spec;
   spec.mu = setting.mu;
@@ -172,8 +172,8 @@ void check_zero(const Deviation& found, std::size_t settings, double resolution)
 int fewer_if_sanitized(int piles) { return test::sanitized ? piles / 2 : piles; }
 
 /// The statistics are zero where layers are solved in a random order, and tell a fixed one.
-void check_symmetry(const std::vector<Setting>& settings, const std::vector<Statistic>& statistics) {
-  for (Setting setting : settings) {
+void check_symmetry(const std::vector<SymmetricSetting>& settings, const std::vector<Statistic>& statistics) {
+  for (SymmetricSetting setting : settings) {
     setting.piles = fewer_if_sanitized(setting.piles);
     CAPTURE(setting.columns, setting.layers, setting.mu, setting.point_load, setting.piles);
     const Deviation fair = deviation_from_zero(setting, statistics);
@@ -187,7 +187,7 @@ void check_symmetry(const std::vector<Setting>& settings, const std::vector<Stat
 
 TEST_CASE("left and right are equal, and the test would see it if layers were always solved rightwards",
           "[unsanitized]") {
-  const std::vector<Setting> settings = {
+  const std::vector<SymmetricSetting> settings = {
       {.columns = 48, .layers = 40, .mu = 0.8, .point_load = true, .piles = 4500, .telling = true},
       {.columns = 24, .layers = 20, .mu = 0.4, .point_load = true, .piles = 4500, .telling = false},
       {.columns = 16, .layers = 12, .mu = 1.3, .point_load = true, .piles = 20'000, .telling = true},
@@ -200,7 +200,7 @@ TEST_CASE("left and right are equal, and the test would see it if layers were al
 }
 
 TEST_CASE("all columns are equal, and the test would see it if layers always began at bead 0", "[unsanitized]") {
-  const std::vector<Setting> settings = {
+  const std::vector<SymmetricSetting> settings = {
       {.columns = 24, .layers = 20, .mu = 0.4, .point_load = false, .piles = 10'000, .telling = false},
       {.columns = 12, .layers = 8, .mu = 1.3, .point_load = false, .piles = 10'000, .telling = true},
       {.columns = 5, .layers = 4, .mu = 1.3, .point_load = false, .piles = 20'000, .telling = true},
@@ -344,7 +344,7 @@ TEST_CASE("backtracks have no side, and the test would see it if layers were alw
 
 // The other laws have no order that could be fixed.
 void check_other_laws(int piles, int chained, double resolution) {
-  std::vector<Setting> settings;
+  std::vector<SymmetricSetting> settings;
   for (const bool point_load : {true, false}) {
     settings.push_back(
         {.columns = 6, .layers = 5, .mu = 0.3, .point_load = point_load, .piles = piles, .law = Law::rejection});
@@ -362,7 +362,7 @@ void check_other_laws(int piles, int chained, double resolution) {
                           .lambda = lambda});
     }
   }
-  for (const Setting& setting : settings) {
+  for (const SymmetricSetting& setting : settings) {
     CAPTURE(name_of(setting.law), setting.lambda, setting.columns, setting.layers, setting.mu, setting.point_load);
     check_zero(deviation_from_zero(setting, setting.point_load ? odd_statistics : harmonic_statistics()),
                settings.size(), resolution);

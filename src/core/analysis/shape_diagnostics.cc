@@ -20,7 +20,7 @@ namespace {
 using Vector = Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr int max_iterations = 50;
+constexpr int most_steps_of_gauss = 50;
 constexpr double search_precision = 1e-8;  ///< of chi^2, relative: a step that gains less ends the search
 constexpr double narrowest_kept = 0.05;    ///< bead diameters; a W below it has run away
 constexpr int most_halvings = 10;          ///< of a Gauss-Newton step
@@ -101,7 +101,7 @@ class ExtendedFit {
   /// Gauss-Newton with halved steps.
   bool converge() {
     double chi2 = evaluate_at(shape_, t_);
-    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    for (int iteration = 0; iteration < most_steps_of_gauss; ++iteration) {
       const Eigen::Vector3d step = design_.colPivHouseholderQr().solve(residual_);
       const double before = chi2;
       double share = 2;

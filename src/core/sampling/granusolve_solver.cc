@@ -509,7 +509,7 @@ SolveResult GranusolveSolver::redraw_row(int layer) {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -522,7 +522,7 @@ int GranusolveRules::child_after(const ParentArc& arc, int k) const {
 /// Band of H_R(parent k) - H_R(parent k + 1); everything if the bead between them is not solved and not the failed one.
 Interval GranusolveRules::step_band(const ParentArc& arc, int k, int failed) const {
   const int child = child_after(arc, k);
-  if (child != failed && !state_.solved(arc.layer, child)) return {-infinity, infinity};
+  if (child != failed && !state_.solved(arc.layer, child)) return {-unbounded, unbounded};
   const Interval band = state_.difference_band(arc.layer, child);
   return arc.step > 0 ? band : Interval{-band.high, -band.low};
 }

@@ -382,7 +382,7 @@ std::array<int, 2> LatticeLevels::layers(const Extent& region) const { return va
 
 namespace {
 
-constexpr double line_points = 1.0;
+constexpr double ray_points = 1.0;
 constexpr double dash_points = 5.0, dash_gap_points = 3.0;
 
 /// The strongest of a response stand in few cells, at its source.
@@ -444,7 +444,7 @@ Extent field_extent(const Field& field, const SceneSpec& spec) {
 
 /// Pieces of a line, as bars with round ends.
 void add_line(const OverlayLine& line, double point, std::vector<Element>& elements) {
-  const double width = line_points * point, dash = dash_points * point, gap = dash_gap_points * point;
+  const double width = ray_points * point, dash = dash_points * point, gap = dash_gap_points * point;
   double along = 0;  // of the line so far
   for (std::size_t k = 1; k < line.points.size(); ++k) {
     const auto &from = line.points[k - 1], &to = line.points[k];
