@@ -594,11 +594,11 @@ double real_seconds(const EnsembleSpec& spec) {
   return processor_seconds() - start;
 }
 
-/// By which factor the forecast is off, upwards or downwards: the better one of up to three, since a core that others
+/// By which factor the forecast is off, upwards or downwards: the best of up to five, since a core that others
 /// share runs the same work at half its speed for tenths of a second.
 double off_by(const EnsembleSpec& spec, double seconds) {
   double best = std::numeric_limits<double>::infinity();
-  for (int attempt = 0; attempt < 3 && !(best < 2); ++attempt) {
+  for (int attempt = 0; attempt < 5 && !(best < 2); ++attempt) {
     const TimeEstimate time = estimate_time(spec, seconds);
     CHECK_FALSE(time.at_least);
     const double estimated = time.on_threads(spec.response.samples, 1), real = real_seconds(spec);
