@@ -407,8 +407,8 @@ Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem:
       if (bound) panel.add(file, "1:6", ink.line(0, 3));
       plot.add_key(title, ink.joined(1, 0.55));
     };
-    if (head.mu == most_mu) add(by_size, fmt::format("left: {0} × {0} beads", head.size), true);
-    if (head.size == least_size) add(by_friction, fmt::format("right: μ = {}", caption_number(head.mu)), false);
+    if (head.mu == most_mu) add(by_size, fmt::format("(a) {0} × {0} beads", head.size), true);
+    if (head.size == least_size) add(by_friction, fmt::format("(b) μ = {}", caption_number(head.mu)), false);
   }
   Range shares = range_of(0, std::max(most_share, 0.01));
   for (Panel* panel : {&by_size, &by_friction}) {

@@ -245,9 +245,20 @@ void check_at_widths_of_journals(const std::filesystem::path& figures, const std
       style.format = "svg";
       style.width_mm = width;
       style.font_points = 8;
-      const std::string svg = plot_again(figures, id, style).bytes;
+      const PlottedFigure plotted = plot_again(figures, id, style);
+      const std::string& svg = plotted.bytes;
       CHECK(std::atof(attribute(svg, "width").c_str()) == Approx(width / 25.4 * 96).margin(1));
       check_texts(svg);
+      // The caption is true of panels side by side and one above the other: it names them by their letters.
+      CAPTURE(plotted.caption);
+      static const std::regex place("\\b[Ll]eft\\b|\\b[Rr]ight\\b(?!-)|à (gauche|droite)|\\b([Ll]ink|[Rr]echt)s\\b"),
+          panels("\\(([a-e])(?:, ([a-e]))?[,)]");
+      CHECK_FALSE(std::regex_search(plotted.caption, place));
+      for (std::sregex_iterator it(plotted.caption.begin(), plotted.caption.end(), panels);
+           it != std::sregex_iterator(); ++it) {
+        for (const auto& letter : {it->str(1), it->str(2)})
+          CHECK((letter.empty() || svg.find(">(" + letter + ")<") != std::string::npos));
+      }
     }
   }
   const auto recipe = nlohmann::json::parse(read_file(figures / (id + ".json")));

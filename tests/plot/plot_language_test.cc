@@ -11,6 +11,7 @@
 #include "plot/gnuplot.h"
 #include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
+#include "sampling/model_spec.h"
 #include "support/error.h"
 #include "support/templates.h"
 
@@ -44,6 +45,10 @@ TEST_CASE("The built-in languages have a word for what the program says in certa
           "var w = 0.1,  3 draws per bead", "peaks not identified by the fit", "at z = 95.8: α = 0.4"}) {
       INFO(language << ": " << text);
       CHECK(words_left(text, std::string(catalogue_of(language))).empty());
+    }
+    for (const ModelParameter& one : model_parameters()) {  // names of axes of a scan
+      INFO(language << ": " << one.meaning);
+      CHECK(words_left(std::string(one.meaning), std::string(catalogue_of(language))).empty());
     }
   }
 }

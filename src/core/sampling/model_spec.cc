@@ -197,7 +197,7 @@ std::span<const ModelParameter> model_parameters() {
       ModelParameter{"noise", "δ", "noise of the share", has_free_noise,
                      [](ModelSpec& model) -> double& { return model.three_leg.noise; }},
       ModelParameter{
-          "share", "s", "bound of p over p_max",
+          "share", "s", "share of p_max",
           [](const ModelSpec& model) { return model.name == ModelName::three_leg && !has_free_noise(model); },
           [](ModelSpec& model) -> double& { return model.three_leg.share; }},
       ModelParameter{"disorder", "Δ", "standard deviation of the noise",

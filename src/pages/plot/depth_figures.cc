@@ -202,7 +202,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   if (with_D) {
     figure.square.texts.push_back({"slope D = " + value_with_error(result->D), 0.05, 0.91, "left", "black"});
   }
-  figure.plot.panels = {figure.position, figure.width, figure.shift, figure.square};
+  figure.plot.panels = {figure.position, figure.shift, figure.width, figure.square};
   figure.plot.add_key("measured", depth_ink(true).points(0.5));
   if (with_c || with_D) figure.plot.add_key("fitted: xₚ = x₀ + c z, W² = w₀ + D z", {.width = 1.2});
   figure.plot.add_key("c₀ = tan 30°", level_style());
@@ -237,7 +237,8 @@ ProfilePanel make_panel(const Transport& result, const ResponseProfile& profile)
   }
   // A profile without errors is exact, and whatever curve rounding may give it says nothing.
   const std::vector<double>& errors = profile.standard_error;
-  panel.has_curve = std::ranges::any_of(profile.fit, [](double g) { return std::isfinite(g); }) &&
+  panel.has_curve = panel.fit != nullptr &&
+                    std::ranges::any_of(profile.fit, [](double g) { return std::isfinite(g); }) &&
                     std::ranges::any_of(errors, [](double error) { return error > 0; });
   return panel;
 }
@@ -401,8 +402,8 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
                                  spec.layers_computed - layer));
     if (panel.fit == nullptr || !panel.has_curve) unfitted.push_back(fmt::format("layer {}", layer));
   }
-  // Beyond two depths there is room for the profiles alone.
-  const bool detailed = panels.size() <= 2;
+  // Beyond two depths there is room for the profiles alone, and without a peak nothing to be enlarged.
+  const bool detailed = panels.size() <= 2 && unfitted.size() < panels.size();
   const double reach = residual_reach(panels, close_view);
   const Range range = heights(panels, shown);
   const Range x_axis = range_of(-shown, shown);
@@ -432,7 +433,8 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
   plot.key = {.inches = 0.3, .horizontal = true, .centred = true, .entries = {}};
   plot.add_key("±1 standard error", {.with = "filledcurves", .colour = "sky_blue"});
   plot.add_key("measured mean", {.colour = "blue", .width = 0.7});
-  plot.add_key("fitted double Gaussian", {.colour = "black", .width = 1.4});
+  if (std::ranges::any_of(panels, &ProfilePanel::has_curve))
+    plot.add_key("fitted double Gaussian", {.colour = "black", .width = 1.4});
   const EstimatorName estimator = result->spec.response.estimator;
   return plot_figure(plot,
                      {"plot/response_profiles.captions",

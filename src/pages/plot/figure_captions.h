@@ -22,7 +22,7 @@ struct Figure {
   std::string alternative;                  ///< what a reader who cannot see it must know
   std::string paper_says;                   ///< what the paper reports about it, paraphrased
   std::filesystem::path screen;             ///< SVG, or PNG for a rendered picture
-  std::filesystem::path narrow = {};        ///< SVG for a phone, panels one above the other; empty where none is needed
+  std::filesystem::path narrow = {};        ///< for a phone, panels one above the other; empty where none is needed
   std::filesystem::path print;              ///< PDF, or PNG for a rendered picture
   std::filesystem::path script;             ///< gnuplot script, empty for a rendered picture
   std::filesystem::path recipe;             ///< JSON that fills the script again, empty for a rendered picture

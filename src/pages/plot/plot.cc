@@ -148,6 +148,15 @@ Json to_json(const Plot& plot) {
   std::vector<Panel> all = with_room_for_labels(plot.panels);
   name_series(all, plot.key);
   for (const Panel& panel : all) panels.push_back(to_json(panel));
+  // Captions name panels by letters, since these stand side by side or one above the other. What shares its horizontal
+  // axis with the panel below has none.
+  const auto has_own_axis = [](const Panel& panel) { return !panel.x.silent; };
+  if (std::ranges::count_if(all, has_own_axis) > 1) {
+    char letter = 'a';
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (has_own_axis(all[i])) panels[i]["letter"] = fmt::format("({})", letter++);
+    }
+  }
   for (const KeyEntry& entry : plot.key.entries) {
     Json one = {{"title", entry.title}};
     one.update(to_json(entry.style));
