@@ -118,7 +118,7 @@ TEST_CASE("only what is asked for is made") {
   std::set<std::string> files = names_in(folder.path());
   CHECK(files == std::set<std::string>{"experiment.toml", "manifest.json", "timings.json", "piles/force-chains.h5",
                                        "piles/overloaded.h5", "piles/uniform.h5", "figures/force-chains.png",
-                                       "figures/pile-response.png"});
+                                       "figures/force-chains-narrow.png", "figures/pile-response.png"});
   run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
   files = names_in(folder.path());
   CHECK(files.contains("ensembles/mu-0.4.h5"));

@@ -334,6 +334,17 @@ TEST_CASE("nothing is clipped and nothing overlaps, at any size and resolution")
   CHECK(drawn == 84);
 }
 
+TEST_CASE("a colour scale whose title is longer than most, as in French, is as long as that") {
+  const Pile pile = frictionless_pile(70, 80);
+  SceneSpec spec;
+  spec.width_px = 675;
+  Scene scene = scene_of(pile, spec);
+  scene.key_title = "variation du poids / charge du haut";
+  const Layout layout = lay_out(spec, scene, font_of(spec));
+  check_clear(layout);
+  CHECK(layout.legend.width >= font_of(spec).width(scene.key_title));
+}
+
 TEST_CASE("the smallest width named in the refusal is the smallest that is rendered") {
   const Pile pile = frictionless_pile(70, 80);
   for (const double dpi : {100.0, 300.0, 600.0}) {

@@ -361,7 +361,7 @@ class LayoutMaker {
     const int top = below_ + paper_.mm(block_gap_mm);
     if (one_row) add_scale_bar(bar, bar_width, left, top);
     const int room = one_row ? beside : layout_.width - 2 * paper_.mm(margin_mm);
-    const int length = std::clamp(room, narrowest, widest);
+    const int length = std::clamp(room, narrowest, std::max(narrowest, widest));  // as long as its title
     // Numbers at its ends hang over by half their width, which the block gap or the margin takes.
     const int start = one_row ? right - length : std::min(left, layout_.width - paper_.mm(margin_mm) - length);
     add_colour_scale(length, start, top);

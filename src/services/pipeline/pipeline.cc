@@ -516,7 +516,7 @@ std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysi
     leave_out({&asked.propagation_against_diffusion, &asked.propagation_and_thrust, &asked.scaling_with_friction},
               fmt::format(
                   "The figures of c and D against {0} and each other are left out: both are precise enough at {1} {0}.",
-                  symbol, values == 0 ? "no" : "one"));
+                  symbol, values == 0 ? "no" : "only one"));
   } else if (!has_exponents(*clear)) {
     leave_out({&asked.scaling_with_friction},
               fmt::format("The figure of the exponents is left out: {}.", clear->scaling.gamma.exponent.reason));
