@@ -465,7 +465,7 @@ function explore(box, results) {
     dots(both.map((bead) => [whole.X(bead.x), whole.Y(bead.P)]), 'dot small');
     if (one.fitted) line(range(-result.reach, result.reach, 2 * result.reach / W).map((x) => [whole.X(x), whole.Y(fitAt(one, x))]), 'fit');
 
-    const centre = one.fitted ? one.x_p : result.atSlope(one.z).x_p || result.reach / 2;
+    const centre = one.fitted ? one.x_p : result.atSlope(one.z).x_p || 0;
     const across = [centre - result.half, centre + result.half];
     const near = both.filter((bead) => bead.x >= across[0] && bead.x <= across[1]);
     const peak = 1.08 * Math.max(1e-9, ...near.map((bead) => Math.max(bead.P + bead.error, bead.fit || 0)));
@@ -485,7 +485,7 @@ function explore(box, results) {
     const deepest = 1.03 * result.deepest;
     const grown = ['x_p', 'W'].map((name, k) => {
       const number = name === 'W' ? 'width' : 'peak', known = result.depths.filter((depth) => depth[number]);
-      const highest = Math.max(1e-9, ...known.map((depth) => depth[number].value + depth[number].error));
+      const highest = Math.max(0, ...known.map((depth) => depth[number].value + depth[number].error)) || 1;
       const one = panel(growth[k], [0, deepest], [0, 1.05 * highest], k ? words.width : words.peak, wide && !k ? '' : words.depth);
       const inside = result.depths.filter((depth) => depth.inside);
       if (inside.length > 1 && result.atSlope(1)[name] !== null) {

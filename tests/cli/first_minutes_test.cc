@@ -382,7 +382,8 @@ TEST_CASE("A run takes page, style sheets and tables from a folder of templates,
   CHECK_THAT(ours, Contains("body { color: #123456 }") && Contains("Our own last words") && Contains("Ours "));
   CHECK_THAT(text_of(folder / "out/summary.md"), Contains("Our own summary"));
   const std::string french = run({"--templates", GRANUSCOPE_SOURCE_DIR "/templates/fr"});
-  CHECK_THAT(french, Contains("Réponse moyenne et profondeur") && !Contains("Our own"));
+  CHECK_THAT(french, Contains("Réponse moyenne et profondeur") && Contains("<strong>L’article.</strong>") &&
+                         !Contains("Our own"));
   CHECK_THAT(text_of(folder / "out/figures/response-profiles.svg"), Contains("diamètres de bille"));
   const std::string built_in = run({});
   CHECK_THAT(built_in, !Contains("#123456") && !Contains("Our own") && !Contains("Ours "));

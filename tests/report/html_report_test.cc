@@ -103,7 +103,7 @@ TEST_CASE("The page opens with what was found, then figures, causes, method, and
   }
   CHECK(contains(page.html, "granuscope sample --mu 0.3"));
   CHECK(contains(page.html, "2 reproduced, 2 not reproduced, 0 not decided"));
-  CHECK(contains(page.html, "Claims not tested in this run: amplitude."));
+  CHECK(contains(page.html, "Claims not tested in this run: amplitude"));
   CHECK(contains(page.html, "00112233445566aa"));
   CHECK(contains(page.html, "max_tries = 1000000"));
   CHECK(page.html.size() < 4'000'000);

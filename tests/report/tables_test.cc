@@ -257,7 +257,7 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
 TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {
   ReportData data = numbers();
   CHECK(contains(Page(data).html, "0 not decided"));
-  CHECK(contains(Page(data).html, "Claims not tested in this run: amplitude."));
+  CHECK(contains(Page(data).html, "Claims not tested in this run: amplitude"));
   data.analysis.claims.back().verdict = "not decided";
   const std::string html = Page(data).html;
   CHECK(contains(html, "1 not decided"));
@@ -286,6 +286,12 @@ TEST_CASE("Page 1 shows the exponents as they are read, as slopes and at small f
   data.analysis.claims[2].z_score = 17;
   html = Page(data).html;
   CHECK(contains(html, "M9 -1L10.8 0L9 1Z"));
+  // A number without its error says so beside it.
+  CHECK_FALSE(contains(html, "no single power;"));
+  data.analysis.claims[2].power_law = false;
+  data.analysis.claims[2].measured = known(1.65, 0.0301);
+  html = Page(data).html;
+  CHECK(contains(html, "/measured\">1.65</span></span>\n<span class=\"chi2\">(no single power; piles alone ± 0.030)"));
   data.headline = "Nothing <b>was</b> found.";
   html = Page(data).html;
   CHECK(contains(html, "Nothing &lt;b&gt;was&lt;/b&gt; found."));

@@ -80,6 +80,8 @@ TEST_CASE("Formulae in captions stay on one line and keep their text") {
   CHECK(unbroken_formulae("at μ = 0.3 and c₀ − c < 1") ==
         "at <span class=\"formula-text\">μ = 0.3</span> and <span class=\"formula-text\">c₀ − c</span> &lt; 1");
   CHECK(unbroken_formulae("a = b − c, d") == "<span class=\"formula-text\">a = b − c,</span> d");
+  CHECK(unbroken_formulae("if D ∝ μᵝ") == "if <span class=\"formula-text\">D ∝ μᵝ</span>");
+  CHECK(unbroken_formulae("la pente : 1") == "la <span class=\"formula-text\">pente :</span> 1");
   CHECK(unbroken_formulae("no formula").find("span") == std::string::npos);
   CHECK(unbroken_formulae("falls as 1/√z.") == "falls as <span class=\"formula-text\">1/√z.</span>");
   CHECK(unbroken_formulae("the ratio xₚ/z = 3 and") == "the ratio <span class=\"formula-text\">xₚ/z = 3</span> and");

@@ -314,7 +314,9 @@ std::string escape_markdown(std::string_view text) {
 
 namespace {
 
-bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±" || word == "×"; }
+constexpr std::array<std::string_view, 7> joining{"=", "−", "≈", "±", "×", "∝", "≤"};
+
+bool joins(std::string_view word) { return std::ranges::find(joining, word) != joining.end(); }
 
 /// "1/√z" and "xₚ/z": a line could break behind the stroke.
 bool short_fraction(std::string_view word) {
@@ -340,7 +342,8 @@ std::string unbroken_formulae(std::string_view text) {
   bool inside = false;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const bool last = i + 1 == words.size();
-    const bool goes_on = !last && (joins(words[i + 1]) || words[i + 1].starts_with('%') || (inside && joins(words[i])));
+    const bool goes_on = !last && (joins(words[i + 1]) || words[i + 1].starts_with('%') || words[i + 1] == ":" ||
+                                   words[i + 1] == ";" || (inside && joins(words[i])));
     if ((goes_on || short_fraction(words[i])) && !inside) {
       html += "<span class=\"formula-text\">";
       inside = true;

@@ -15,6 +15,7 @@
 
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_texts.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
 #include "report/pdf_report.h"
@@ -112,11 +113,10 @@ void add_measured(Json& row, const Json& claim, const std::string& pointer) {
   if (!claim.at("measured").is_number() || !claim.at("stderr").is_number()) return;
   const auto value = claim.at("measured").get<double>(), error = claim.at("stderr").get<double>();
   if (!(error > 0)) return;
-  if (claim.contains("power_law")) {  // false: as everywhere, without an error
-    row["measured"] = {{"key", pointer + "/measured"}, {"text", significant(value, 3)}};
-    return;
-  }
-  row["measured"] = {{"key", pointer + "/measured"}, {"text", plain_value_with_error(value, error)}};
+  const bool no_power = claim.contains("power_law");  // as everywhere, without an error
+  row["measured"] = {{"key", pointer + "/measured"},
+                     {"text", no_power ? significant(value, 3) : plain_value_with_error(value, error)}};
+  if (no_power) row["piles_alone"] = significant(error, 2);
 }
 
 constexpr double strip_reach = 10;  ///< pulls that the strip shows; beyond, an arrow at its end
@@ -172,6 +172,7 @@ void add_claims(Json& overlay, const Json& summary) {
                   {"look", look},
                   {"pull", nullptr},
                   {"allowed", ""},
+                  {"piles_alone", ""},
                   {"rival_off", rival.is_object() && rival.at("distance").is_number()
                                     ? fmt::format("{:.1f}", std::abs(rival.at("distance").get<double>()))
                                     : ""},
@@ -300,11 +301,15 @@ std::string as_sentence(const std::string& message) {
 
 void add_figures(Json& overlay, const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium) {
   Json rows = Json::array();
+  const auto word = [](const char* english) { return in_terms(english, template_file("plot/labels.txt")); };
   for (const Figure& figure : data.figures) {
     const bool raster = figure.screen.extension() == ".png";
     const std::optional<double> width = raster ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
     rows.push_back(
         {{"number", rows.size() + 1},
+         {"figure_word", word("Figure")},
+         {"paper_word", word("The paper.")},
+         {"made_word", word("How it is made")},
          {"on_page_1", figure.id == data.key_figure},
          {"is_there", figure.is_there()},
          {"failure", as_sentence(figure.failure)},
