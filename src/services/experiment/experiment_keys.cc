@@ -351,7 +351,10 @@ std::string describe_experiment_keys() {
       const KeyValue value = key.get();
       if (key.table != table) {
         std::string shown = print_value(value);
+        // What is off by default is shown as it is asked for.
         if (shown == "[]") shown = key.range.least > 1 ? "[30, 45, 60]" : "[0.15, 0.2, 0.3]";
+        if (shown == "false") shown = "true";
+        if (shown == "0" || shown == "0.0") shown = shown == "0" ? "256" : "0.001";
         begin_table(key.table, fmt::format("{} = {}", key.name, shown));
       }
       text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", key.path(), print_value(value), key.unit,
