@@ -204,7 +204,10 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   }
   figure.plot.panels = {figure.position, figure.shift, figure.width, figure.square};
   figure.plot.add_key("measured", depth_ink(true).points(0.5));
-  if (with_c || with_D) figure.plot.add_key("fitted: xₚ = x₀ + c z, W² = w₀ + D z", {.width = 1.2});
+  if (with_c || with_D) {
+    const char* lines = !with_D ? "xₚ = x₀ + c z" : with_c ? "xₚ = x₀ + c z, W² = w₀ + D z" : "W² = w₀ + D z";
+    figure.plot.add_key(fmt::format("fitted: {}", lines), {.width = 1.2});
+  }
   figure.plot.add_key("c₀ = tan 30°", level_style());
   if (thrust) figure.plot.add_key("c from thrust", {.colour = "bluish_green", .width = 1.6});
   return plot_figure(figure.plot,
