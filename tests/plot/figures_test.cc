@@ -218,6 +218,9 @@ TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
   const Figure depth = plot_transport_with_depth(analysis, {}, run.path());
   check_whole(depth, run.path());
   CHECK(contains(depth.details, "The slope c is unknown: too few depths."));
+  CHECK(contains(depth.caption, "too few depths give a slope"));
+  CHECK_FALSE(contains(depth.caption, "1/z"));
+  CHECK_FALSE(contains(read_file(run.path() / depth.screen), "fitted:"));
   CHECK_THROWS_AS(plot_propagation_against_diffusion(analysis, run.path()), InputError);
   analysis.results[1].c = {0.57, 0.001, ""};
   analysis.results[1].D = {0.004, 0.01, ""};  // its bar reaches 0, which has no place on the axis
