@@ -50,7 +50,7 @@ TEST_CASE("the picture of the friction and those with names of their own are ren
   const std::filesystem::path pictures = folder / "figures";
   CHECK_THAT(scene_in(pictures / "force-chains.png"), Contains("1580 px: forces; x -20 to 20"));
   // A wide one has another for phones, where its text would be too small.
-  CHECK_THAT(scene_in(folder.path() / figures.at("force-chains").narrow), Contains("992 px: forces; x -20 to 20"));
+  CHECK_THAT(scene_in(folder.path() / figures.at("force-chains").narrow), Contains("661 px: forces; x -20 to 20"));
   CHECK(figures.at("mobilised-friction").narrow.empty());
   CHECK_THAT(scene_in(pictures / "mobilised-friction.png"),
              Contains("675 px: friction; x -20 to 20") && Contains("|T| / (μN) from 0 to 1") && Contains("viridis"));

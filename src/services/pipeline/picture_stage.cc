@@ -34,8 +34,8 @@ constexpr const char* render_again =
 /// Of the pictures with a name of their own.
 constexpr const char* free_captions = "pictures/free.captions";
 constexpr std::string_view free_prefix = "picture-";
-/// Of the text's 8 pt some 11 pixels are left on a phone.
-constexpr double phone_width_mm = 84;
+/// Of the text's 8 pt some 11 pixels are left on a phone, which has two or three of its own for each.
+constexpr double phone_width_mm = 84, phone_dpi = 200;
 
 /// Draws the pile, or says why it could not be completed and how to meet the same failure.
 std::optional<std::string> why_not_drawn(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
@@ -160,6 +160,7 @@ class PilePictures {
       statistics = render_pile(pile, minus, scene, folder_ / figure.screen,
                                {{"Software", software_}, {"Source", figure.redraw}});
       if (scene.width_px > 1.4 * phone_width_mm / 25.4 * scene.dpi) {  // its text would be too small to be read there
+        scene.dpi = std::min(scene.dpi, phone_dpi);
         scene.width_px = static_cast<int>(phone_width_mm / 25.4 * scene.dpi);
         figure.narrow = std::filesystem::path("figures") / fmt::format("{}-narrow.png", id);
         render_pile(pile, minus, scene, folder_ / figure.narrow, {{"Software", software_}});
