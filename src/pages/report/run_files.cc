@@ -89,7 +89,7 @@ std::string changed_since_run(const fs::path& run_folder, const std::string& beg
       if (passed || !name.starts_with(begins) || !name.ends_with(ends)) continue;
       if (!lies_in(run_folder, name)) return name;
       if (!whole && !path_exists(run_folder / name)) continue;  // who reads it says that it is missing
-      if (!file_exists(run_folder / name) || sha256_of_file(run_folder / name) != file.at("sha256")) return name;
+      if (!file_exists(run_folder / name) || file.at("sha256") != sha256_of_file(run_folder / name)) return name;
     }
     return "";
   } catch (const nlohmann::json::exception&) {  // NOLINT(bugprone-empty-catch): of an older program, or no manifest
