@@ -394,7 +394,7 @@ TEST_CASE("A history begins in an empty folder, and what it has lost is not begu
     { const NightBook book(other.path()); }
     fs::copy_file(other / "history.sqlite", history / "history.sqlite");
   }
-  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("knows of no night"));
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("knows of no pool"));
   for (const char* one : {"history.sqlite", "history.sqlite-wal", "history.sqlite-shm"}) fs::remove(history / one);
   fs::rename(history / "database", history / "history.sqlite");
   CHECK(read_file(history / "pool/summary.json") == pool);
@@ -415,8 +415,27 @@ TEST_CASE("A history begins in an empty folder, and what it has lost is not begu
   write_file(history / "badge.json", "of before");  // of one who was stopped in between
   CHECK_THROWS_WITH(accept_night(history.path(), 4), Contains("nothing to accept"));
   CHECK_THAT(read_file(history / "badge.json"), Contains("granuscope nightly"));
-  NightBook(history.path()).keep({{"samples", "abc"}});
-  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("does not say how many samples the pool has"));
+  CHECK(told(run_night(experiment(), options)).empty());
+  // What a database does not say, or says against itself, begins no pool anew, be it of night 5 or forgotten.
+  const std::string drawn = read_file(history / "pool/summary.json");
+  const auto check_refused = [&](const std::string& name, const std::string& value, const char* why) {
+    INFO(name << " = " << value);
+    const std::string good = NightBook(history.path()).state(name);
+    NightBook(history.path()).keep({{name, value}});
+    CHECK_THROWS_WITH(run_night(experiment(), options), Contains(why));
+    NightBook(history.path()).keep({{name, good}});
+    CHECK(read_file(history / "pool/summary.json") == drawn);
+  };
+  for (const bool forgotten : {false, true}) {
+    for (const char* value : {"abc", "0", "00", "-8", "1e3", ""}) {
+      check_refused("samples", value, "does not say how many samples the pool has");
+    }
+    check_refused("experiment", "", "or of which experiment");
+    check_refused("pool_ends", "yes", "says that a pool of piles ends");
+    check_refused("begun", "", "knows of no pool");
+    if (forgotten) break;
+    for (const std::int64_t night : {4, 5}) forget_night(history.path(), night);
+  }
 }
 
 TEST_CASE("A database from elsewhere moves no folder but a canary that the history has kept") {
@@ -481,6 +500,28 @@ TEST_CASE("A history that holds what no history has is not read") {
   }
   CHECK_THROWS_WITH(NightBook(history.path(), DatabaseUse::read), Contains("which no history has"));
   CHECK_THROWS_WITH(NightBook(history.path()), Contains("which no history has"));
+}
+
+TEST_CASE("A history in which a number is of another kind, negative or infinite is called damaged") {
+  const TemporaryFolder history;
+  { const NightBook book(history.path()); }
+  const auto [samples, value, told] =
+      GENERATE(table<std::string, std::string, std::string>({{"-1", "0.5", "samples is -1"},
+                                                             {"2.5", "0.5", "samples is 2.5"},
+                                                             {"9e999", "0.5", "samples is Inf"},
+                                                             {"'many'", "0.5", "samples is many"},
+                                                             {"64", "'half'", "value is half"},
+                                                             {"64", "-9e999", "value is -Inf"},
+                                                             {"64", "0.5", ""}}));
+  INFO(samples << ", " << value);
+  {
+    const Database other(history / "history.sqlite", "", 1);
+    other.run("INSERT INTO nights VALUES(1, '2026-01-01T02:00:00Z', '', 'fine', " + samples + ", '')");
+    other.run("INSERT INTO numbers VALUES(1, 'c', 0, " + value + ", 0.1, NULL, NULL, NULL, 0)");
+  }
+  const NightBook book(history.path(), DatabaseUse::read);
+  if (told.empty()) CHECK(book.last(0).at(0).samples == 64);
+  if (!told.empty()) CHECK_THROWS_WITH(book.last(0), Contains("damaged (" + told + ")"));
 }
 
 TEST_CASE("A pool that was cut short alarms until the night is accepted, and its page links to what is there") {

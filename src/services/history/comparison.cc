@@ -26,9 +26,10 @@
 namespace granuscope {
 namespace {
 Json parsed(const fs::path& file) {
+  const std::string text = read_file(file);
   try {
-    return Json::parse(shallow_json(read_file(file)));
-  } catch (const Json::exception&) {
+    return Json::parse(shallow_json(text));
+  } catch (const std::exception&) {
     throw InputError(
         "{}: this is no JSON, so that nothing can be compared; name the folder of a run or its summary.json{}",
         file.string(), file.filename() == "summary.json" ? ", and make that run again" : "");
@@ -69,9 +70,7 @@ RunRecord read_run(const fs::path& path) {
     throw InputError("{}: this is no summary of a run (it has no results); name a summary.json", summary.string());
   }
   if (run.folder.empty()) return run;
-  if (path_exists(run.folder / "manifest.json")) {
-    run.manifest = parsed(run.folder / "manifest.json");
-  }
+  if (path_exists(run.folder / "manifest.json")) run.manifest = parsed(run.folder / "manifest.json");
   if (path_exists(run.folder / "experiment.toml")) {
     run.keys = keys_of_experiment(read_file(run.folder / "experiment.toml"));
     if (const auto blocks = run.keys.find("response.blocks"); blocks != run.keys.end()) {

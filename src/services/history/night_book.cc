@@ -216,11 +216,24 @@ bool Statement::step() {
 
 void Statement::reset() { sqlite3_reset(statement_.get()); }
 
-std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
+/// SQLite keeps any kind of value in any column: no history has another kind, a negative whole number or infinity.
+void Statement::require(bool good, int column) const {
+  if (good) return;
+  database_->fail(SQLITE_CORRUPT, fmt::format("{} is {}", sqlite3_column_name(statement_.get(), column), line(column)));
+}
+
+std::int64_t Statement::integer(int column) const {
+  const std::int64_t number = sqlite3_column_int64(statement_.get(), column);
+  require(sqlite3_column_type(statement_.get(), column) == SQLITE_INTEGER && number >= 0, column);
+  return number;
+}
 
 double Statement::number(int column) const {
-  if (sqlite3_column_type(statement_.get(), column) == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
-  return sqlite3_column_double(statement_.get(), column);
+  const int type = sqlite3_column_type(statement_.get(), column);
+  if (type == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
+  const double number = sqlite3_column_double(statement_.get(), column);
+  require((type == SQLITE_FLOAT || type == SQLITE_INTEGER) && std::isfinite(number), column);
+  return number;
 }
 
 std::string Statement::text(int column) const {
@@ -254,10 +267,7 @@ int Database::open_to_read(sqlite3** handle) const {
         "folder of yours",
         file_.string(), std::filesystem::path(log).filename().string());
   }
-  std::string uri = "file://";
-  for (const char c : std::filesystem::absolute(file_).string()) {
-    uri += c == '?' || c == '#' || c == '%' ? fmt::format("%{:02X}", static_cast<unsigned>(c)) : std::string(1, c);
-  }
+  const std::string uri = "file://" + percent_encoded(std::filesystem::absolute(file_).string(), "?#%");
   return sqlite3_open_v2((uri + "?immutable=1").c_str(), handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
 }
 
@@ -335,8 +345,8 @@ void Database::transaction(const std::function<void()>& work) const {
 
 std::int64_t Database::last_row() const { return sqlite3_last_insert_rowid(handle_.get()); }
 
-void Database::fail(int code) const {
-  const std::string said = single_line(handle_ ? sqlite3_errmsg(handle_.get()) : sqlite3_errstr(code));
+void Database::fail(int code, std::string said) const {
+  if (said.empty()) said = single_line(handle_ ? sqlite3_errmsg(handle_.get()) : sqlite3_errstr(code));
   const int kind = code & 0xff;  // without what an extended code adds
   if (kind == SQLITE_INTERRUPT) throw_if_interrupted();
   if (kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT || kind == SQLITE_ERROR) {

@@ -44,6 +44,7 @@ class Statement {
 
  private:
   void reset();
+  void require(bool good, int column) const;
 
   const Database* database_;
   std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement_;
@@ -68,7 +69,7 @@ class Database {
 
  private:
   friend class Statement;
-  [[noreturn]] void fail(int code) const;
+  [[noreturn]] void fail(int code, std::string said = "") const;
   int open_to_read(sqlite3** handle) const;
   void require_schema(const std::string& schema, int version) const;
 

@@ -28,6 +28,7 @@ constexpr std::uint64_t canary_share = 8;
 // What the book says of folders, by settle_folders.
 constexpr const char *new_reference = "new_reference", *no_reference = "none", *pool_ends = "pool_ends",
                      *made_reference = "made_reference", *begun = "begun";
+constexpr const char* counted = "counted";                        // begun: "yes" until samples of a pool are there
 constexpr const char *lost_canary = "lost", *lost_pool = "pool";  // kinds of alarms: the reference, the pool is
 constexpr const char* frictionless_claim = "frictionless";        // holds exactly, whatever was drawn
 
@@ -131,11 +132,17 @@ double deciding_distance(const Json& claim) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+[[noreturn]] void fail_as_damaged(const fs::path& folder, const char* what) {
+  throw InputError("{}: history.sqlite {}, and is damaged; take it from a backup, or begin another --history",
+                   folder.string(), what);
+}
+
 /// What an accepted night does to the folders. The book says so first: where the process was killed before it was done,
 /// the next one does it.
 void settle_folders(const fs::path& folder, NightBook& book) {
   const std::string reference = book.state(new_reference), pool = book.state(pool_ends);
   if (reference.empty() && pool.empty()) return;
+  if (!pool.empty() && book.state("samples") != "0") fail_as_damaged(folder, "says that a pool of piles ends");
   const bool kept_canary = reference.starts_with("alarm-") && reference.size() > 6 &&
                            reference.find_first_not_of("0123456789", 6) == std::string::npos;
   if (!reference.empty() && reference != no_reference && !kept_canary) {
@@ -153,6 +160,7 @@ void settle_folders(const fs::path& folder, NightBook& book) {
   if (!pool.empty()) {
     remove_run(folder / "pool");
     remove_run(folder / "before");
+    book.keep({{begun, "yes"}});
   }
   book.keep({{new_reference, ""}, {pool_ends, ""}, {made_reference, fs::exists(canary / "reference") ? "yes" : ""}});
 }
@@ -191,6 +199,7 @@ class NightRun {
     keep_report();
     std::map<std::string, std::string> state = {{"samples", std::to_string(night_.samples)}};
     if (book_.state("experiment").empty()) state["experiment"] = night_.experiment;
+    if (night_.samples > 0) state[begun] = counted;
     night_.number = book_.add(night_, state);
     if (canary_alarmed_) move_folder(tonights_canary(), canary_folder() / fmt::format("alarm-{}", night_.number));
     prune_reports(options_.folder, book_, options_.keep);
@@ -226,31 +235,31 @@ class NightRun {
     night_.seconds[what] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const RunRecord record = read_run(folder);
     if (record.manifest) night_.environment = environment_of(*record.manifest);
-    if (!result.failure.empty()) alarm(lacking, result.failure);
+    if (!result.failure.empty()) alarm(result.code == ExitCode::environment ? lacking : "failed pile", result.failure);
   }
 
   /// A pool that the book does not know of is that of another history, or the book is: the book says so before the
   /// first pile is drawn.
   void require_pool() {
-    if (book_.count() == 0 && book_.state("samples").empty() && book_.state(begun).empty() &&
-        (path_exists(options_.folder / "pool") || path_exists(options_.folder / "reports"))) {
+    if (!book_.state(begun).empty()) return;
+    if (book_.count() > 0 || path_exists(options_.folder / "pool") || path_exists(options_.folder / "reports")) {
       throw InputError(
-          "{}: history.sqlite knows of no night, and yet there are a pool or reports of nights; put back the one that "
+          "{}: history.sqlite knows of no pool, and yet there are nights, a pool or reports; put back the one that "
           "belongs to them, or begin another --history",
           options_.folder.string());
     }
-    if (book_.state(begun).empty()) book_.keep({{begun, "yes"}});
+    book_.keep({{begun, "yes"}});
   }
 
-  /// 0 before the first night.
+  /// 0 before the first night, and where an accepted one has ended the pool.
   std::uint64_t samples_there() const {
     const std::string text = book_.state("samples");
     std::uint64_t samples = 0;
-    if (read_whole(text, samples) || (text.empty() && book_.count() == 0)) return samples;
-    throw InputError(
-        "{}: history.sqlite does not say how many samples the pool has, and is damaged; take it from a backup, or "
-        "begin another --history",
-        options_.folder.string());
+    const bool whole = read_whole(text, samples) || (text.empty() && book_.count() == 0);
+    const bool lost = book_.state(begun) == counted && (samples == 0 || book_.state("experiment").empty());
+    if (!whole || lost)
+      fail_as_damaged(options_.folder, "does not say how many samples the pool has, or of which experiment");
+    return samples;
   }
 
   /// A run that breaks what always holds ends by logic_error, and one that cannot use what earlier nights left by
@@ -406,8 +415,8 @@ class NightRun {
           night_.samples == 0 ? std::move(after) : piece_between(read_ensemble(before), std::move(after));
       if (!piece.failed.empty()) {
         alarm("failed pile",
-              fmt::format("{}: {} piles could not be completed; this command meets the first failure: {}",
-                          planned.label, piece.failed.size(), piece.failed.front().replay));
+              fmt::format("{}: {} could not be completed; this command meets the first failure: {}", planned.label,
+                          how_many(piece.failed.size(), "pile"), piece.failed.front().replay));
       }
       if (night_.samples == 0) continue;
       EnsembleSpec spec = planned.spec;
