@@ -320,6 +320,10 @@ TEST_CASE("attributes of another type are refused") {
              Contains("'mu' is not a single value"));
   CHECK_THAT(with("mu", [&](ForeignFile& f) { f.attribute("mu", H5T_C_S1, H5T_C_S1, "x"); }),
              Contains("'mu' is not a finite number"));
+  for (const double mu : {-1.0, -1e-9, 1.8, 1e100}) {  // as audit has it, whichever verb opens the file
+    CHECK_THAT(with("mu", [&](ForeignFile& f) { f.attribute("mu", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &mu); }),
+               Contains("friction coefficient"));
+  }
   CHECK_THAT(with("law", [&](ForeignFile& f) { f.attribute("law", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &half); }),
              Contains("'law' is not a text"));
 }

@@ -132,7 +132,9 @@ TEST_CASE("what is not a pile file is refused with its name and the reason, and 
   CHECK_THAT(message("missing.h5"), Contains("No such file or directory"));
 
   make_folder(folder / "folder.h5");
-  CHECK_THAT(message("folder.h5"), Contains("Is a directory"));
+  CHECK_THAT(message("folder.h5"), Contains("Is a directory") && !Contains("Piles"));
+  make_folder(folder / "folder.h5/piles");  // as of a run
+  CHECK_THAT(message("folder.h5"), Contains("Piles of a run lie in " + (folder / "folder.h5/piles").string()));
 
   write_file(folder / "empty.h5", "");
   CHECK_THAT(message("empty.h5"), Contains("it is empty"));

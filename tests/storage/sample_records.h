@@ -16,7 +16,7 @@ inline Pile awkward_pile(int layers, int columns) {
     for (double& force : *forces) force = (value += 0.1);
     (*forces)[0] = Limits::denorm_min();
     (*forces)[1] = -0.0;
-    (*forces)[2] = -Limits::max();
+    (*forces)[2] = -std::nextafter(beyond_sums, 0);
     (*forces)[3] = Limits::min();
   }
   pile.mu = 0.1;

@@ -15,6 +15,7 @@
 #include "sampling/polytope.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -89,9 +90,7 @@ void require_shape(const std::filesystem::path& file, const EnsembleRecord& reco
   }
   // A command to be pasted into a shell: nothing but flags and numbers.
   same = same && std::ranges::all_of(record.failed, [](const FailedSample& one) {
-           return one.replay.starts_with("granuscope sample ") &&
-                  one.replay.find_first_not_of(
-                      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .=+-_") == std::string::npos;
+           return one.replay.starts_with("granuscope sample ") && is_plain(one.replay, " .=+-_");
          });
   if (same && counted <= spec.response.samples) return;
   throw InputError(

@@ -70,9 +70,9 @@ std::vector<LayerResidual> audit_layers(const Pile& pile) {
       const double residual = balance_residual(view, n, i);
       if (std::isnan(residual)) {
         throw InputError(
-            fmt::format("the force network has a force that is not finite at layer {}, bead {}: it cannot "
-                        "be audited; sample it again",
-                        n, i));
+            "the force network has a force that is not finite at layer {}, bead {}: it cannot "
+            "be audited; sample it again",
+            n, i);
       }
       balance = std::max(balance, residual);
       const std::size_t at = lattice.index(n, i);

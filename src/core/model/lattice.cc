@@ -19,11 +19,10 @@ BeadGeometry::BeadGeometry(double degrees) {
 
 Problem find_problem(const LatticeSpec& spec) {
   if (spec.columns < fewest_columns) {
-    return problem(
-        "columns",
-        "a lattice of {} columns is too narrow: around a ring of fewer than {} beads a bead is its own neighbour; "
-        "use {} columns or more",
-        spec.columns, fewest_columns, fewest_columns);
+    return problem("columns",
+                   "a lattice of {} is too narrow: around a ring of fewer than {} beads a bead is its own neighbour; "
+                   "use {} columns or more",
+                   how_many(spec.columns, "column"), fewest_columns, fewest_columns);
   }
   if (spec.layers < fewest_layers) {
     return problem("layers", "a lattice of {} layers holds no bead; use {} layer or more", spec.layers, fewest_layers);
@@ -63,10 +62,10 @@ double Lattice::x(int layer, int bead) const {
 FrictionCone::FrictionCone(double mu, const BeadGeometry& geometry)
     : mu_(mu), tangent_(geometry.tangent), cotangent_(geometry.cotangent) {
   if (!(mu >= 0 && mu < cotangent_)) {
-    throw InputError(fmt::format(
+    throw InputError(
         "friction coefficient {} is out of range: the law is defined for 0 <= mu < {} = {:.8g}, where the cone "
         "of admissible forces stays below the horizontal",
-        mu, geometry.angle == usual_angle ? "sqrt(3)" : fmt::format("cot({} degrees)", geometry.angle), cotangent_));
+        mu, geometry.angle == usual_angle ? "sqrt(3)" : fmt::format("cot({} degrees)", geometry.angle), cotangent_);
   }
   t_minus_ = (tangent_ - mu) / (1 + mu * tangent_);
   t_plus_ = (tangent_ + mu) / (1 - mu * tangent_);

@@ -393,9 +393,7 @@ EnsembleReader::EnsembleReader(const std::filesystem::path& file) : file_(file) 
   auto found = from_bytes<Description>(read_in_child(file, kind, [&] { return to_bytes(describe(file)); }));
   header_ = std::move(found.header);
   keys_ = std::move(found.keys);
-  for (auto& [quantity, stored] : found.stored) {
-    stored_[quantity] = {std::move(stored.first), std::move(stored.second)};
-  }
+  for (auto& [quantity, stored] : found.stored) stored_[quantity] = {std::move(stored.first), std::move(stored.second)};
 }
 
 BlockSums EnsembleReader::read_block(std::size_t at) const { return read_block(at, RawDataFile(file_, kind)); }

@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "support/error.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {
@@ -50,7 +51,10 @@ Hdf5Reader::Hdf5Reader(std::filesystem::path source, std::string kind)
     : source_(std::move(source)), kind_(std::move(kind)), file_(-1, H5Fclose) {
   struct stat status = {};
   if (::stat(source_.c_str(), &status) != 0) fail(system_reason(errno));
-  if (S_ISDIR(status.st_mode)) fail(system_reason(EISDIR));
+  if (S_ISDIR(status.st_mode)) {
+    const std::filesystem::path piles = source_ / "piles";
+    fail(system_reason(EISDIR) + (folder_exists(piles) ? " Piles of a run lie in " + piles.string() + "." : ""));
+  }
   if (!S_ISREG(status.st_mode)) fail(fmt::format("it is not an ordinary file. Name {}.", kind_));
   if (status.st_size == 0) fail(fmt::format("it is empty. {}", make_again));
   file_bytes_ = static_cast<std::uint64_t>(status.st_size);
@@ -294,8 +298,8 @@ double Hdf5Reader::number(const std::string& path, const std::string& name) cons
   const H5T_class_t kind = H5Tget_class(type.get());
   double value = 0;
   if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || H5Tget_size(type.get()) > sizeof value ||
-      H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value) < 0 || !std::isfinite(value)) {
-    fail(fmt::format("its attribute '{}' is not a finite number. {}", name, make_again));
+      H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value) < 0 || !(std::abs(value) < beyond_sums)) {
+    fail(fmt::format("its attribute '{}' is not a finite number, or one that no sum can hold. {}", name, make_again));
   }
   return value;
 }

@@ -72,15 +72,18 @@ std::string position(std::size_t index, const std::vector<std::uint64_t>& shape)
 
 std::optional<std::string> find_not_finite(const std::string& dataset, const std::vector<std::uint64_t>& shape,
                                            std::size_t first, std::span<const double> values) {
-  // Exponents of only ones are nan and infinity. No branch for each value, so that the compiler takes several at once.
+  // No branch for each value, so that the compiler takes several at once.
   constexpr std::uint64_t exponent = 0x7ff0000000000000;
+  constexpr auto too_large = std::bit_cast<std::uint64_t>(beyond_sums);
   bool found = false;
-  for (const double value : values) found |= (std::bit_cast<std::uint64_t>(value) & exponent) == exponent;
+  for (const double value : values) found |= (std::bit_cast<std::uint64_t>(value) & exponent) >= too_large;
   if (!found) return std::nullopt;
-  const auto wrong = std::ranges::find_if_not(values, [](double value) { return std::isfinite(value); });
-  return fmt::format("'{}' at {} is {}, not a finite number", dataset,
+  const auto wrong = std::ranges::find_if_not(values, [](double value) { return std::abs(value) < beyond_sums; });
+  return fmt::format("'{}' at {} is {}, of which no sum is a number", dataset,
                      position(first + static_cast<std::size_t>(wrong - values.begin()), shape),
-                     std::isnan(*wrong) ? "nan" : "infinite");
+                     std::isnan(*wrong)   ? "nan"
+                     : std::isinf(*wrong) ? "infinite"
+                                          : fmt::format("{}", *wrong));
 }
 
 RawDataFile::RawDataFile(std::filesystem::path source, std::string kind)

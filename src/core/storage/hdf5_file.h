@@ -72,8 +72,11 @@ struct RawData {
   static auto fields(auto& raw) { return std::tie(raw.dataset, raw.shape, raw.offset, raw.values); }
 };
 
-/// "'/V_R' at [12, 3] is nan, not a finite number", or nothing if all are finite. `values` begin at number `first` of
-/// the dataset of the given shape.
+/// From here on a sum of squares may be infinite: no force, nor a sum of some, is so large.
+inline constexpr double beyond_sums = 0x1p500;
+
+/// "'/V_R' at [12, 3] is nan, of which no sum is a number", or nothing if all are below `beyond_sums`. `values` begin
+/// at number `first` of the dataset of the given shape.
 std::optional<std::string> find_not_finite(const std::string& dataset, const std::vector<std::uint64_t>& shape,
                                            std::size_t first, std::span<const double> values);
 

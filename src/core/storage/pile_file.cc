@@ -95,6 +95,11 @@ PileDescription describe_pile(const std::filesystem::path& file) {
   }
   if (reader.has_attribute("/", "bead_weight")) found.bead_weight = reader.number("/", "bead_weight");
   found.mu = reader.number("/", "mu");
+  try {
+    const FrictionCone cone(found.mu, BeadGeometry(found.lattice.angle));
+  } catch (const InputError& error) {
+    reader.fail(fmt::format("{}. Make the file again.", error.what()));
+  }
   found.law = reader.text("/", "law");
   found.seed = reader.count("/", "seed");
   found.sample = reader.count("/", "sample");
