@@ -53,6 +53,8 @@ const std::vector<Refused> refusals = {
      {"-values = [0.2]"}},
     {"[friction]\nmu = [0.1]\n[scan]\nvalues = [0.2]\n", "leave one of the two out", {"-values = [0.2]"}},
     {"[friction]\nmu = [0.2, 2, -0.1]\n", "2 are out of range", {"friction.mu=0.2"}},
+    {"[lattice]\ncolumns = \"640\"\n", "write columns = 640:", {"lattice.columns=640"}},
+    {"[friction]\nmu = [0.3, \"0.4\"]\n", "write mu = [0.3, 0.4]:", {"friction.mu=[0.3, 0.4]"}},
     {"[model.q_model]\nsplit = \"beta\"\n", "leave it out", {"-split = \"beta\""}},
     {"[model.q_model]\nsplit = \"beta\"\n", "or give the model that has it", {"model.name=q-model"}},
     {"[model]\nname = \"three-leg\"\n[model.diluted_beads]\nopened_share = 0.1\n",

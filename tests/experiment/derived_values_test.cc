@@ -162,6 +162,16 @@ TEST_CASE("Samples and blocks follow each other") {
   CHECK(refusal_of_values("[response]\nblocks = 500\n[studies.chain_share]\nsamples = 8000\n") == "(accepted)");
 }
 
+TEST_CASE("Keys of beads are told to change nothing under a model without friction") {
+  const std::string keys = "[friction]\nmu = [0.2]\n[sampling]\neffort = 5\n";
+  CHECK_THAT(note_of_idle_keys(parse_experiment(keys + "[model]\nname = \"q-model\"\n", "x.toml")),
+             Contains("\"q-model\"") && Contains(": friction.mu, sampling.effort."));
+  CHECK(note_of_idle_keys(parse_experiment("[model]\nname = \"three-leg\"\n", "x.toml")).empty());
+  for (const char* model : {"frictional-beads", "diluted-beads"})
+    CHECK(
+        note_of_idle_keys(parse_experiment(fmt::format("{}[model]\nname = \"{}\"\n", keys, model), "x.toml")).empty());
+}
+
 TEST_CASE("What is wrong in a file is told at once, in its order") {
   try {
     parse_experiment(
@@ -173,10 +183,21 @@ TEST_CASE("What is wrong in a file is told at once, in its order") {
     REQUIRE(all.size() == 5);
     CHECK_THAT(all[0], Contains("x.toml:2:1: friction.mu: 2 is out of range"));
     CHECK_THAT(all[1], Contains("x.toml:4:1: unknown key response.sampels") && Contains("response.samples?"));
-    CHECK_THAT(all[2], Contains("x.toml:5:1: response.overload must be a number but is a string"));
+    CHECK_THAT(all[2], Contains("x.toml:5:1: response.overload must be a number but is the string"));
     CHECK_THAT(all[3], Contains("x.toml:7:1: fit.layer_step: 0 is out of range"));
     CHECK_THAT(all[4], Contains("--set report.pfd=false: unknown key report.pfd"));
   }
+  // Rules across keys that are in range do not wait for the others; those that hang on the others do.
+  const std::string across = refusal_of_values(
+      "[lattice]\ncolumns = 64\nlayers = 100\n[response]\nsamples = 3\n"
+      "[fit]\nmin_identifiable_width = -1\nfirst_layer = 40\nlast_layer = 30\n"
+      "[figures.response_profiles]\nmu = 0.7\nlayers = [99]\n[scenes.force_chains]\nmu = \"x\"\nwidth_px = 100\n");
+  for (const char* told : {"response.samples: 3", "fit.min_identifiable_width: -1", "scenes.force_chains.mu must be",
+                           "fit.first_layer: ", "response_profiles.layers: layer 99", "force_chains.width_px: "})
+    CHECK_THAT(across, Contains(told));
+  CHECK_THAT(refusal_of_values("[response]\nestimator = \"multiplexd\"\nsign_run = 2\n"), !Contains("sign_run"));
+  const std::string many_bad = refusal_of_values("[lattice]\nlayers = 5\n[fit]\nfirst_layer = 40\nlast_layer = 90\n");
+  CHECK_THAT(many_bad, Contains("lattice.layers: 5") && !Contains("fit."));
   std::string many = "[lattice]\n";
   for (int k = 0; k < 50; ++k) many += fmt::format("key_{} = 1\n", k);
   CHECK_THAT(refusal_of_values(many), Contains("30 more things are wrong"));

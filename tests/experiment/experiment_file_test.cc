@@ -479,22 +479,37 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
 
 TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK(refusal_of_file("[lattice]\n  columns = 500.5\n") ==
-        "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; write columns = 500, "
+        "mine.toml:2:3: lattice.columns must be a whole number but is the number 500.5; write columns = 500, "
         "for example: beads per layer, "
         "periodic in x; even or odd (4 to 1000000)");
-  CHECK_THAT(refusal_of_file("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
-  CHECK_THAT(refusal_of_file("[friction]\nmu = true\n"), Contains("must be a list of numbers but is true or false"));
-  CHECK_THAT(refusal_of_file("[friction]\nmu = [0.3, \"0.4\"]\n"), Contains("a list that holds something else"));
-  CHECK_THAT(refusal_of_file("[friction]\nmu = 2024-01-01\n"), Contains("is a date or time"));
+  // What was written is shown, and its value where that is plain.
+  for (const auto& [written, told] : std::vector<std::pair<std::string, std::string>>{
+           {"[lattice]\ncolumns = \"640\"", "whole number but is the string \"640\"; write columns = 640: beads"},
+           {"[lattice]\ncolumns = [640]", "is the list [640]; write columns = 640: "},
+           {"[lattice]\ncolumns = \"6,4\"", "(there is a comma in it; write digits alone); write columns = 500, for"},
+           {"[lattice]\ncolumns = \"1e3\"", "write columns = 1000: "},
+           {"[response]\noverload = \"0,5\"", "there is a decimal comma in it; write a point); write overload = 0.5: "},
+           {"[friction]\nmu = \"0.3\"", "write mu = [0.3]: "},
+           {"[friction]\nmu = \"0.1, 0.3\"", "write mu = [0.1, 0.3]: "},
+           {"[friction]\nmu = [0.3, \"0.4\"]", "is the list [0.3, \"0.4\"]; write mu = [0.3, 0.4]: "},
+           {"[friction]\nmu = true", "a list of numbers but is true; write mu = [0.0, 0.1, 0.2, 0.3], for example: "},
+           {"[friction]\nmu = 2024-01-01", "but is 2024-01-01; write mu = [0.0, 0.1, 0.2, 0.3], for example: "},
+           {"[report]\npdf = \"Yes\"", "write pdf = true: "},
+           {"[report]\npdf = 0", "but is the number 0; write pdf = false: "},
+           {"[experiment]\nname = 5", "write name = \"5\": "},
+           {"[lattice]\ncolumns = \"5\\n[x]\"", "write columns = 500, for example: "}}) {
+    INFO(written);
+    CHECK_THAT(refusal_of_file(written + "\n"), Contains(told));
+  }
   CHECK_THAT(refusal_of_file("lattice = 3\n"),
-             Contains("lattice must be a table but is a whole number; write [lattice]"));
+             Contains("lattice must be a table but is the number 3; write [lattice]"));
   CHECK_THAT(refusal_of_file("[[lattice]]\ncolumns = 3\n"), Contains("lattice must be a table"));
   CHECK_THAT(refusal_of_file("[lattice.columns]\nx = 3\n"), Contains("must be a whole number but is a table"));
   CHECK_THAT(refusal_of_file("[report]\npdf = 1\n"), Contains("must be true or false"));
   CHECK_THAT(refusal_of_file("[gate.expect]\nD-of-mu = 1\n"), Contains("gate.expect.D-of-mu must be a string"));
   CHECK_THAT(refusal_of_file("[fit]\nother_scaling_windows = [0.1, 0.3, 0.5]\n"),
              Contains("a list of pairs of numbers"));
-  CHECK_THAT(refusal_of_file("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
+  CHECK_THAT(refusal_of_file("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends, not 3 numbers"));
   CHECK_THAT(refusal_of_file("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
   CHECK_THAT(refusal_of_file("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));
   CHECK_THAT(refusal_of_file("[sampling]\nlayer_order = \"left\"\n"), Contains("random, rightwards and fixed"));

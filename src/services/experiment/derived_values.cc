@@ -232,9 +232,7 @@ class Derivation {
       set_window(fit_.last_layer);
     }
     // What lies below a window that the columns have cut short would be drawn for nothing.
-    if (layers_open && !by_fluctuation()) {
-      e_.lattice.layers = std::max(deepest_used() + 1, 4) + margin();
-    }
+    if (layers_open && !by_fluctuation()) e_.lattice.layers = std::max(deepest_used() + 1, 4) + margin();
     if (!columns_open) return;
     const double by_number = most_beads() / e_.lattice.layers;
     const double columns = std::min(std::max<double>(usual.columns, columns_wanted()), by_number);

@@ -41,38 +41,31 @@ SceneSpec PictureSpec::scene_like(const ForceChainSpec& chains, double angle) co
   spec.window = {{-half, half, 0.0, static_cast<double>(chains.layers - 1)}};
   if (!window.empty()) {
     if (window.size() != 4) {
-      throw InputError("a window has four numbers but {} are given; write [x0, x1, first layer, last layer]",
-                       window.size());
+      throw InputError("a window has four numbers, not {}; write [x0, x1, first layer, last layer]", window.size());
     }
     std::copy(window.begin(), window.end(), spec.window->begin());
   }
   if (!range.empty()) {
-    if (range.size() != 2) {
-      throw InputError(
-          fmt::format("a colour scale has two ends but {} numbers are given; write [low, high]", range.size()));
-    }
+    if (range.size() != 2) throw InputError("a colour scale has two ends, not {}; write [low, high]", range.size());
     spec.range = {{range[0], range[1]}};
   }
   return spec;
 }
 
 int edit_distance(std::string_view a, std::string_view b) {
-  // Rows of the usual table: distance[i][j] for the first i letters of a and the first j of b; only three are kept.
-  std::vector<int> before_last(b.size() + 1);
-  std::vector<int> last(b.size() + 1);
-  std::vector<int> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = static_cast<int>(j);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    row[0] = static_cast<int>(i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const int replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
-      row[j] = std::min({replaced, last[j] + 1, row[j - 1] + 1});
+  // Of the first i letters of a and the first j of b.
+  std::vector<std::vector<int>> distance(a.size() + 1, std::vector<int>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      int& least = distance[i][j] = static_cast<int>(i + j);
+      if (i == 0 || j == 0) continue;
+      least = std::min(
+          {distance[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1), distance[i - 1][j] + 1, distance[i][j - 1] + 1});
       const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-      if (swapped) row[j] = std::min(row[j], before_last[j - 2] + 1);
+      if (swapped) least = std::min(least, distance[i - 2][j - 2] + 1);
     }
-    before_last = std::exchange(last, std::exchange(row, before_last));
   }
-  return last[b.size()];
+  return distance.back().back();
 }
 
 std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& known) {
@@ -243,9 +236,9 @@ Problem find_block_problem(const Experiment& e) {
   const auto least = group_size * static_cast<std::uint64_t>(e.response.blocks);
   if (e.response.samples >= least) return {};
   return problem("response.samples",
-                 "{} samples in {} blocks: each block needs a whole group of eight, which share "
+                 "{} in {} blocks: each block needs a whole group of eight, which share "
                  "the start and direction of their layers; give {} to {}, or fewer blocks",
-                 e.response.samples, e.response.blocks, least, most_samples);
+                 how_many(e.response.samples, "sample"), e.response.blocks, least, most_samples);
 }
 
 Problem find_response_problem(const Experiment& e) {
@@ -361,10 +354,7 @@ Problem find_scene_problem(const Experiment& e) {
 
 Problem find_picture_problem(const Experiment& e, const std::string& name, const PictureSpec& picture) {
   const std::string table = fmt::format("{}.{}", pictures_table, name);
-  const auto plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
-  };
-  if (name.empty() || name.size() > 60 || !std::all_of(name.begin(), name.end(), plain)) {
+  if (name.size() > 60 || !is_plain(name, "-_")) {
     return KeyProblem{table,
                       "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
                       "and _"};
@@ -518,8 +508,8 @@ class KeyProblems {
 Problem find_size_problem(const Experiment& e) {
   if (e.lattice.columns < fewest_columns) {
     return problem("lattice.columns",
-                   "{} columns are too few for two peaks; leave this out: as many as the window needs are taken then",
-                   e.lattice.columns);
+                   "{} too few for two peaks; leave this out: as many as the window needs are taken then",
+                   how_many(e.lattice.columns, "column is", "columns are"));
   }
   return find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
                               bottom_margin_of(e.sampling.model) + 4,
@@ -540,21 +530,18 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
   problems.add(find_text_problem(e));
   if (!problems.add(find_rejection_problem(e))) return problems.all;
   const bool sized = problems.add(find_size_problem(e));
-  bool scanned = problems.add_ranges(e, "friction");
-  scanned = problems.add_ranges(e, "scan") && scanned;
-  bool good = sized && scanned;
+  bool good = problems.add_ranges(e, "friction") && sized;
+  good = problems.add_ranges(e, "scan") && good;
   // Where a room knows its limits, it says best what is wrong; then what is left.
   if (good) {
-    for (const auto find : {find_sampling_problem, find_response_problem, find_scan_problem}) {
+    for (const auto find : {find_sampling_problem, find_response_problem, find_scan_problem})
       good = problems.add(find(e)) && good;
-    }
   }
-  if (sized) {
+  if (sized)
     good = problems.add(in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) && good;
-  }
-  const bool ranged = problems.add_ranges(e);
-  good = ranged && problems.add(find_block_problem(e)) && good;
-  bool shown = sized && ranged && problems.add(find_parameter_problem(e));
+  if (!problems.add_ranges(e) || !sized) return problems.all;
+  good = problems.add(find_block_problem(e)) && good;
+  bool shown = problems.add(find_parameter_problem(e));
   if (shown) {
     for (KeyProblem& one : find_figure_problems(e)) shown = problems.add(std::move(one)) && shown;
   }
@@ -565,15 +552,29 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     for (const auto& study : e.studies) problems.add(find_study_problem(e, *study));
     if (shown) problems.add(find_ring_problem(e));
   }
-  if (sized && ranged) {
-    problems.add(find_scene_problem(e));
-    for (const auto& [name, picture] : e.pictures) problems.add(find_picture_problem(e, name, picture));
-  }
+  problems.add(find_scene_problem(e));
+  for (const auto& [name, picture] : e.pictures) problems.add(find_picture_problem(e, name, picture));
   for (KeyProblem& one : find_model_problems(e)) problems.add(std::move(one));
   problems.add(find_about_problem(e));
   problems.add(find_key_figure_problem(e));
   for (KeyProblem& one : find_gate_problems(e)) problems.add(std::move(one));
   return problems.all;
+}
+
+std::string note_of_idle_keys(const Experiment& e) {
+  if (e.sampling.model.has_contacts() || std::ranges::any_of(e.studies, [](const auto& one) { return one->asked(); }))
+    return {};
+  const Experiment usual;
+  const std::vector<Key> keys = keys_to_read(e);
+  std::vector<std::string> idle;
+  for (const char* path : {"friction.mu", "sampling.drawn", "sampling.effort", "sampling.layer_order",
+                           "sampling.max_tries", "scenes.force_chains.mu"}) {
+    const auto value_in = [&](const std::vector<Key>& of) { return std::ranges::find(of, path, &Key::path)->get(); };
+    if (value_in(keys) != value_in(keys_to_read(usual))) idle.emplace_back(path);
+  }
+  if (idle.empty()) return {};
+  return fmt::format("Without effect under model.name = \"{}\", whose piles have no contacts of beads: {}.",
+                     name_of(e.sampling.model.name), fmt::join(idle, ", "));
 }
 
 std::string note_of_short_window(const Experiment& e) {

@@ -79,6 +79,9 @@ std::vector<KeyProblem> find_problems(const Experiment& experiment);
 /// Those of single values: whether what is written makes sense by itself.
 std::vector<KeyProblem> find_value_problems(const Experiment& experiment);
 
+/// A sentence that names keys of beads which change nothing, as the piles are of another model; else empty.
+std::string note_of_idle_keys(const Experiment& experiment);
+
 /// A sentence where the columns end the window of the fit above the last usable layer; else empty.
 std::string note_of_short_window(const Experiment& experiment);
 

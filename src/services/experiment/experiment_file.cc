@@ -33,6 +33,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -105,33 +106,78 @@ auto to_list(const toml::node& node, Read read)
   return list;
 }
 
-/// Turns a node into the alternative it is called with; nothing if the node has another type.
-struct NodeReader {
-  const toml::node& node;
-
-  template <class Plain, class Node>
-  static std::optional<KeyValue> from(const Node* found) {
-    return found == nullptr ? std::nullopt : std::optional<KeyValue>(Plain(found->get()));
-  }
-  template <class Found>
-  static std::optional<KeyValue> from(const std::optional<Found>& found) {
-    return found ? std::optional<KeyValue>(*found) : std::nullopt;
-  }
-
-  std::optional<KeyValue> operator()(bool) const { return from<bool>(node.as_boolean()); }
-  std::optional<KeyValue> operator()(std::int64_t) const { return from(to_whole_number(node)); }
-  std::optional<KeyValue> operator()(double) const { return from(to_number(node)); }
-  std::optional<KeyValue> operator()(const std::string&) const { return from<std::string>(node.as_string()); }
-  std::optional<KeyValue> operator()(const std::vector<std::int64_t>&) const {
-    return from(to_list(node, to_whole_number));
-  }
-  std::optional<KeyValue> operator()(const std::vector<double>&) const { return from(to_list(node, to_number)); }
-  std::optional<KeyValue> operator()(const NumberPairs&) const { return from(to_list(node, to_pair)); }
-};
-
-/// The node as the same alternative that `like` holds.
+/// The node as the same alternative that `like` holds; nothing if it has another type.
 std::optional<KeyValue> to_value(const toml::node& node, const KeyValue& like) {
-  return std::visit(NodeReader{node}, like);
+  const auto from = [](auto found) { return found ? std::optional<KeyValue>(std::move(*found)) : std::nullopt; };
+  if (std::holds_alternative<bool>(like)) return from(node.value_exact<bool>());
+  if (std::holds_alternative<double>(like)) return from(to_number(node));
+  if (std::holds_alternative<std::int64_t>(like)) return from(to_whole_number(node));
+  if (std::holds_alternative<std::vector<double>>(like)) return from(to_list(node, to_number));
+  if (std::holds_alternative<std::vector<std::int64_t>>(like)) return from(to_list(node, to_whole_number));
+  if (std::holds_alternative<NumberPairs>(like)) return from(to_list(node, to_pair));
+  return from(node.value_exact<std::string>());
+}
+
+/// A value on one line, as an experiment file has it.
+std::string as_written(const toml::node& node, std::size_t most = 60) {
+  std::string text;
+  if (const auto* list = node.as_array()) {
+    for (const toml::node& one : *list) text += (text.empty() ? "" : ", ") + as_written(one, most);
+    return single_line("[" + text + "]", most);
+  }
+  if (node.is_string()) return single_line(print_value(KeyValue(node.as_string()->get())), most);
+  if (const auto number = to_number(node)) return exact(*number);
+  std::ostringstream other;
+  other << toml::toml_formatter(node);
+  return single_line(other.str(), most);
+}
+
+/// The value of another type that somebody may have meant: "0.3" or [0.3] where 0.3 belongs, "yes" for true.
+std::optional<KeyValue> meant_by(const toml::node& node, const KeyValue& like) {
+  constexpr std::size_t most = 200;
+  if (node.is_table()) return {};
+  if (std::holds_alternative<bool>(like) && node.is_integer()) return KeyValue(node.as_integer()->get() != 0);
+  std::string text = lower_case(node.is_string() ? node.as_string()->get() : as_written(node, most));
+  if (std::holds_alternative<std::string>(like)) return node.is_array() ? std::nullopt : std::optional<KeyValue>(text);
+  if (text.size() > most || text.find('\n') != std::string::npos) return {};
+  std::erase_if(text, [](char c) { return c == '"' || c == '\''; });
+  if (text == "yes" || text == "on") text = "true";
+  if (text == "no" || text == "off") text = "false";
+  if (has_decimal_comma(text) && std::ranges::count(text, ',') == 1) std::ranges::replace(text, ',', '.');
+  const std::string inside = text.starts_with('[') && text.ends_with(']') ? text.substr(1, text.size() - 2) : text;
+  for (const std::string& form : {"v = " + text, "v = [" + text + "]", "v = " + inside}) {
+    try {
+      const toml::table read = toml::parse(form);
+      if (const auto value = to_value(*read.get("v"), like)) return value;
+    } catch (const toml::parse_error&) {  // NOLINT(bugprone-empty-catch): it is another text
+    }
+  }
+  return {};
+}
+
+/// Gives the key another value of its range. Whether there is one.
+bool set_another(const Key& key) {
+  const KeyValue before = key.get();
+  std::vector<KeyValue> tried(key.range.names.begin(), key.range.names.end());
+  const auto try_others = [&](auto own) {
+    using Own = decltype(own);
+    if constexpr (std::is_arithmetic_v<Own>) {
+      for (const double one : {0.0, 1.0, key.range.least, key.range.most})
+        tried.emplace_back(static_cast<Own>(std::clamp(one, -1e9, 1e9)));
+    } else if (!own.empty()) {
+      tried.emplace_back(Own(own.begin(), own.end() - 1));
+    }
+  };
+  std::visit(try_others, before);
+  for (const KeyValue& one : tried) {
+    if (one == before || find_range_problem(key, one)) continue;
+    try {
+      key.set(one);
+      return true;
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): it is none of the key's
+    }
+  }
+  return false;
 }
 
 /// What a text that is no TOML may be: in another encoding, or with signs of other places in its line (from 1 on).
@@ -199,13 +245,8 @@ class Reader {
     if (any_study && experiment_.mu.empty()) experiment_.mu = {0};
     if (!positions_.contains("experiment.name") && title.find_first_not_of(' ') != std::string::npos)
       experiment_.name = title;
-    if (find_value_problems(experiment_).empty()) {
-      std::set<std::string> written;
-      for (const auto& [key, place] : positions_) written.insert(key);
-      derive_values(experiment_, written);
-    }
     std::vector<KeyProblem> of_derived;
-    for (KeyProblem& one : find_problems(experiment_)) {
+    for (KeyProblem& one : find_all_problems()) {
       if (const auto place = positions_.find(one.key); place != positions_.end()) {
         add_problem(place->second, fmt::format("{}: {}", one.key, one.message));
       } else {
@@ -222,6 +263,40 @@ class Reader {
   }
 
  private:
+  /// Where values are out of range, or of another type: what is wrong with these, and what of the others would be
+  /// whatever stood in the place of these.
+  std::vector<KeyProblem> find_all_problems() {
+    std::set<std::string> written, bad = unread_;
+    for (const auto& [key, place] : positions_) written.insert(key);
+    for (const KeyProblem& one : find_value_problems(experiment_)) bad.insert(one.key);
+    if (bad.empty()) {
+      derive_values(experiment_, written);
+      return find_problems(experiment_);
+    }
+    bool sure = true;  // there is another value for each of them
+    const auto problems_with = [&](bool another) {
+      Experiment other = experiment_, usual;
+      const std::vector<Key> keys = keys_of(other), usual_keys = keys_of(usual);
+      for (std::size_t k = 0; k < keys.size(); ++k) {
+        if (!bad.contains(keys[k].path())) continue;
+        keys[k].set(usual_keys[k].get());
+        if (another) sure = set_another(keys[k]) && sure;
+        if (another) written.insert(keys[k].path());
+        if (!another) written.erase(keys[k].path());
+      }
+      derive_values(other, written);
+      return find_problems(other);
+    };
+    const std::vector<KeyProblem> beside = problems_with(false), with_another = problems_with(true);
+    std::vector<KeyProblem> found = find_problems(experiment_);
+    std::erase_if(found, [&](const KeyProblem& one) { return !bad.contains(one.key); });
+    std::ranges::copy_if(beside, std::back_inserter(found), [&](const KeyProblem& one) {
+      const auto is_it = [&](const KeyProblem& two) { return one.key == two.key && one.message == two.message; };
+      return sure && !bad.contains(one.key) && std::ranges::any_of(with_another, is_it);
+    });
+    return found;
+  }
+
   /// Where a key stands: in the file, or behind a flag, which follows.
   struct Place {
     toml::source_position position;
@@ -247,7 +322,8 @@ class Reader {
     std::vector<std::string> all;
     for (const auto& [place, what] : problems_) {
       if (all.size() == most) {
-        all.push_back(fmt::format("{}: {} more things are wrong; correct these first", file_, problems_.size() - most));
+        all.push_back(fmt::format("{}: {} wrong; correct these first", file_,
+                                  how_many(problems_.size() - most, "more thing is", "more things are")));
         break;
       }
       all.push_back(fmt::format("{}: {}", describe(place), what));
@@ -261,11 +337,8 @@ class Reader {
     const auto equals = assignment.find('=');
     std::string key = assignment.substr(0, equals);
     while (key.ends_with(' ')) key.pop_back();
-    const bool plain_key =
-        key.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
-    if (equals == std::string::npos || key.empty() || !plain_key || assignment.find('\n') != std::string::npos) {
-      throw InputError(
-          fmt::format("--set {}: this sets no key; write --set response.samples=1024, for example", assignment));
+    if (equals == std::string::npos || !is_plain(key, "_-.") || assignment.find('\n') != std::string::npos) {
+      throw InputError("--set {}: this sets no key; write --set response.samples=1024, for example", assignment);
     }
     if (std::count(assignment.begin(), assignment.end(), '.') > 100) {
       throw InputError("--set: a key or value of so many parts is none; correct it");
@@ -281,10 +354,8 @@ class Reader {
                          odd.empty() ? "correct it, or put a text into double quotes" : odd);
       }
     }
-    std::string escaped;
-    for (const char c : value) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
     try {
-      return toml::parse(fmt::format("{} = \"{}\"", key, escaped));
+      return toml::parse(fmt::format("{} = \"{}\"", key, backslashed(value, "\"\\")));
     } catch (const toml::parse_error& error) {
       throw InputError("--set {}: not valid TOML: {}; correct it", assignment, error.description());
     }
@@ -321,19 +392,26 @@ class Reader {
       });
     }
     const KeyValue like = key.get();
+    unread_.insert(key.path());
     auto value = to_value(node, like);
     if (!value) {
       const std::string range = granuscope::describe(key.range, like);
       const std::string given = node.is_string() ? node.as_string()->get() : "";
       const bool whole = std::holds_alternative<std::int64_t>(like) && has_decimal_comma(given);
       const std::string text = whole ? "there is a comma in it; write digits alone" : odd_sign_in(given);
-      std::string example = print_value(like);
-      if (example.size() > 20 || example == "[]")
-        example = kind_of(like) == kind_of(std::vector<double>{})   ? "[0.1, 0.3]"
-                  : like.index() == KeyValue(NumberPairs{}).index() ? "[[0.1, 0.3]]"
-                                                                    : "[10, 20]";
+      auto meant = meant_by(node, like);
+      const bool name = std::holds_alternative<std::string>(like) && key.table != "experiment";  // of what it knows
+      if (meant && (name || find_range_problem(key, *meant))) meant.reset();
+      std::string example = print_value(meant.value_or(like));
+      if (!meant) {
+        if (example.size() > 20 || example == "[]")
+          example = kind_of(like) == kind_of(std::vector<double>{})   ? "[0.1, 0.3]"
+                    : like.index() == KeyValue(NumberPairs{}).index() ? "[[0.1, 0.3]]"
+                                                                      : "[10, 20]";
+        example += ", for example";
+      }
       add_problem(at(position),
-                  fmt::format("{} must be {} but is {}{}; write {} = {}, for example: {}{}", key.path(), kind_of(like),
+                  fmt::format("{} must be {} but is {}{}; write {} = {}: {}{}", key.path(), kind_of(like),
                               describe(node), text.empty() ? "" : " (" + text + ")", key.name, example, key.meaning,
                               range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
       return;
@@ -348,6 +426,7 @@ class Reader {
       return;
     }
     positions_[key.path()] = at(position);
+    unread_.erase(key.path());
   }
 
   /// From now on its table and keys are known.
@@ -356,9 +435,7 @@ class Reader {
     experiment_.pictures.try_emplace(name);
     positions_[table] = at(position);
     tables_.insert(table);
-    for (const Key& key : picture_keys(experiment_, name)) {
-      keys_[key.path()] = &picture_keys_.emplace_back(key);
-    }
+    for (const Key& key : picture_keys(experiment_, name)) keys_[key.path()] = &picture_keys_.emplace_back(key);
   }
 
   void read_verdict(const std::string& claim, const toml::node& node, const toml::source_position& position) {
@@ -402,12 +479,8 @@ class Reader {
 
   static std::string describe(const toml::node& node) {
     if (node.is_table()) return "a table";
-    if (node.is_array()) return "a list that holds something else";
-    if (node.is_string()) return "a string";
-    if (node.is_boolean()) return "true or false";
-    if (node.is_integer()) return "a whole number";
-    if (node.is_floating_point()) return "a number with a fraction";
-    return "a date or time";
+    const char* const kind = node.is_array() ? "the list " : node.is_string() ? "the string " : "";
+    return (node.is_number() ? "the number " : kind) + as_written(node);
   }
 
   std::string file_;
@@ -417,6 +490,7 @@ class Reader {
   std::list<Key> picture_keys_;  ///< of the pictures met so far; keys_ points to them
   std::set<std::string> tables_;
   std::map<std::string, Place> positions_;  ///< where each key was written
+  std::set<std::string> unread_;            ///< keys whose value is none of theirs
   std::vector<std::pair<Place, std::string>> problems_;
   std::string override_;  ///< KEY=VALUE, while that is read
 };
@@ -439,8 +513,7 @@ void require_shallow_toml(std::string_view text, const std::string& file) {
     } else if (std::string_view("\n=,[]{}").find(c) != std::string_view::npos) {
       parts = 0;
     } else if (c == '.' && ++parts > most_parts) {
-      throw InputError(
-          fmt::format("{}: a key has more than {} parts, which no key has; correct the file", file, most_parts));
+      throw InputError("{}: a key has more than {} parts, which no key has; correct the file", file, most_parts);
     }
   }
 }
@@ -497,8 +570,8 @@ Experiment read_experiment(const fs::path& file, const std::vector<std::string>&
   }
   const bool open_already = is_open_already(file);
   if (!fs::is_regular_file(status) && !open_already) {
-    throw InputError(fmt::format("{}: {}, but an experiment is a file (TOML)", file.string(),
-                                 fs::is_directory(status) ? "this is a folder" : "this is not a plain file"));
+    throw InputError("{}: {}, but an experiment is a file (TOML)", file.string(),
+                     fs::is_directory(status) ? "this is a folder" : "this is not a plain file");
   }
   constexpr std::size_t longest_title = 100;
   const std::string title = open_already ? "" : single_line(file.stem().string(), longest_title);

@@ -265,22 +265,6 @@ std::string print_value(const KeyValue& value) {
   return std::visit(Visitor{}, value);
 }
 
-namespace {
-
-bool is_bare_key(std::string_view name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  });
-}
-
-std::string escape_table_cell(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
-  return escaped;
-}
-
-}  // namespace
-
 std::string print_experiment(const Experiment& experiment) {
   std::string text;
   std::string table;
@@ -298,7 +282,7 @@ std::string print_experiment(const Experiment& experiment) {
   }
   text += fmt::format("\n[{}]\n# {}\n", expected_verdicts_table, expected_verdicts_meaning);
   for (const auto& [claim, verdict] : experiment.expected_verdicts) {
-    text += fmt::format("{} = {}\n", is_bare_key(claim) ? claim : quote(claim), quote(verdict));
+    text += fmt::format("{} = {}\n", is_plain(claim, "-_") ? claim : quote(claim), quote(verdict));
   }
   return text;
 }
@@ -358,13 +342,13 @@ std::string describe_experiment_keys() {
         begin_table(key.table, fmt::format("{} = {}", key.name, shown));
       }
       text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", key.path(), print_value(value), key.unit,
-                          describe(key.range, value), escape_table_cell(key.meaning));
+                          describe(key.range, value), backslashed(key.meaning, "|"));
     }
   };
   add_rows(keys_of(defaults));
   add_rows(picture_keys(defaults, "<name>"));
   begin_table(expected_verdicts_table, "c-of-mu = \"not reproduced\"");
-  text += fmt::format("| `{}.<claim>` | none | | | {} |\n", expected_verdicts_table, expected_verdicts_meaning);
+  text += fmt::format("| `{}.<claim>` | none |  |  | {} |\n", expected_verdicts_table, expected_verdicts_meaning);
   return text;
 }
 
