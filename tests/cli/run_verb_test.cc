@@ -341,6 +341,33 @@ void make_run_and_pile(const test::TemporaryFolder& folder) {
 
 }  // namespace
 
+TEST_CASE("no verb writes over a part of a run, nor a pile over an ensemble") {
+  const test::TemporaryFolder folder;
+  make_run_and_pile(folder);
+  const std::string pile = (folder / "pile.h5").string();
+  fs::copy(folder / "run/ensembles/mu-0.3.h5", folder / "copy.h5");
+  fs::create_directory_symlink(folder / "run/figures", folder / "linked");
+  const std::vector<std::string> sample = {"sample", "--mu", "0.3", "--columns", "20", "--layers", "10", "--out"};
+  for (const auto& [verb, name] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {sample, "run/ensembles/mu-0.3.h5"},
+           {sample, "run/piles/uniform.h5"},
+           {sample, "copy.h5"},
+           {{"render", pile, "-o"}, "run/figures/force-chains.png"},
+           {{"render", pile, "-o"}, "linked/force-chains.png"},
+           {{"export", pile, "-o"}, "run/figures/response-profiles-layer-20.csv"}}) {
+    INFO(name);
+    const fs::path file = folder / name;
+    REQUIRE(fs::exists(file));
+    const std::string before = read_file(file);
+    std::vector<std::string> arguments = verb;
+    arguments.push_back(file.string());
+    const CommandResult refused = granuscope_command(arguments);
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.err, Contains(name) && (Contains("lose") || Contains("lost")));
+    CHECK((read_file(file) == before));
+  }
+}
+
 TEST_CASE("no verb writes over what it has not written") {
   const test::TemporaryFolder folder;
   make_run_and_pile(folder);

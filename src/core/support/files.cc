@@ -21,6 +21,7 @@
 #include <thread>
 
 #include "support/error.h"
+#include "support/plain_text.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -214,10 +215,11 @@ void require_not_input(const fs::path& target, const std::vector<fs::path>& inpu
 void require_replaceable(const fs::path& target, std::string_view begins) {
   constexpr std::size_t told_apart = 30;  // bytes in which the beginnings of different texts differ
   // A dump has no room for a name: the last columns of those that this program writes stand for it.
-  constexpr std::array<std::string_view, 9> marks = {
-      "granuscope pile",           "granuscope ensemble",        "granuscope 0.",
-      "granuscope figure ",        "granuscope render ",         "ro-crate-metadata.json",
-      "id1 id2 periodic fx fy fz", "mesh triangle id1 fx fy fz", "radius weight residual"};
+  // An ensemble, hours of work, is not among them.
+  const std::vector<std::string> marks = parts_between(
+      "granuscope pile|granuscope 0.|granuscope figure|granuscope render|ro-crate-metadata.json|"
+      "id1 id2 periodic fx fy fz|mesh triangle id1 fx fy fz|radius weight residual",
+      "|");
   constexpr std::array<std::string_view, 8> formats = {"%PDF", "\x89PNG", "\x89HDF",    "<?xml",
                                                        "<svg", "%!PS",    "PK\x03\x04", "ITEM: TIMESTEP"};
   constexpr std::size_t longest_mark = 32;
@@ -233,11 +235,18 @@ void require_replaceable(const fs::path& target, std::string_view begins) {
     tail.erase(0, tail.size() - std::min(tail.size(), longest_mark));  // a mark may lie across two chunks
   });
   const bool has_format = std::ranges::any_of(formats, [&](auto one) { return head.starts_with(one); });
+  const fs::path real = fs::canonical(target, none);
+  for (fs::path run = real.parent_path(); run.has_relative_path(); run = run.parent_path()) {
+    if (!fs::is_regular_file(run / "manifest.json", none)) continue;
+    const std::string entry = fmt::format("\"path\": \"{}\"", real.lexically_relative(run).generic_string());
+    if (read_file(run / "manifest.json").find(entry) == std::string::npos) break;
+    throw InputError("{} is there already, and belongs to the run in {}, which would lose it; name another file",
+                     target.string(), run.string());
+  }
   if (has_format ? marked : !begins.empty() && head.starts_with(begins.substr(0, told_apart))) return;
   throw InputError(
-      "{} is there already, and granuscope has not written it, so that it would be lost; name another file, or give "
-      "--force to replace it",
-      target.string());
+      "{} is there already, and {}, so that it would be lost; name another file, or give --force to replace it",
+      target.string(), head.starts_with("\x89HDF") ? "is no pile of this program" : "granuscope has not written it");
 }
 
 std::string read_file(const fs::path& source, std::uint64_t most) {
