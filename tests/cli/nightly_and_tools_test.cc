@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,6 +17,7 @@
 #include "kit/search_path.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
+#include "pipeline/run_folder.h"
 #include "report/citation.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -326,6 +328,15 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   std::string crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("licenses/MIT") && Contains("licenses/Apache-2.0") && !Contains("No licence is stated") &&
                         Contains("\"carol\"") && Contains("https://orcid.org/0000-0001-2345-6789"));
+  // An ORCID as a link with more, or none at all.
+  std::ofstream(scratch / "CITATION.cff")
+      << "authors:\n  - alias: carol\n    orcid: https://orcid.org/0000-0001-2345-6789/\n"
+         "  - alias: dora\n    orcid: 0000-0001\n";
+  REQUIRE(packed(again).code == 0);
+  crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("\"https://orcid.org/0000-0001-2345-6789\"") && Contains("\"#author-2\""));
+  std::ofstream(scratch / "CITATION.cff") << "authors:\n  - family-names: M\xFCller\n";
+  CHECK_THAT(packed(again).err, Contains("not in UTF-8"));
   // What is no name of SPDX has no page there.
   std::ofstream(scratch / "CITATION.cff") << "license: My own terms\nauthors:\n  - alias: carol\n";
   REQUIRE(packed(again).code == 0);
@@ -335,13 +346,13 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   std::ofstream(scratch / "CITATION.cff")
       << "type: dataset\nlicense: \"\"\nidentifiers:\n  - type: swh\n    value: swh:1\n"
          "  - type: doi\n    value: https://doi.org/10.5281/zenodo.1\nauthors:\n"
-         "  - email: dora@example.org\n  - family-names: Davis\n"
+         "  - email: dora@example.org\n    orcid: \"javascript:alert(1)\"\n  - family-names: Davis\n"
          "    given-names: Sammy\n    name-suffix: Jr.\n  - alias: carol\n";
   REQUIRE(packed(again).code == 0);
   crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("\"https://doi.org/10.5281/zenodo.1\"") && Contains("No licence is stated") &&
                         Contains("\"dora@example.org\"") && Contains("\"Sammy Davis Jr.\"") &&
-                        !Contains("\"Organization\"") && !Contains("licenses/\""));
+                        !Contains("\"Organization\"") && !Contains("licenses/\"") && !Contains("javascript"));
   // A program's citation names neither a run nor a paper; without a type it is a program's.
   std::ofstream(scratch / "CITATION.cff") << "license-url: https://example.org/own\ntitle: A program\n"
                                              "doi: 10.1234/program\nauthors:\n  - name: The group\n";
@@ -520,7 +531,18 @@ TEST_CASE("A run that came to no report is not packed, and without CITATION.cff 
   REQUIRE(granuscope_command({"run", (scratch / "small.toml").string(), "--out", out.string(), "--quiet", "--only",
                               "sample", "--set", "sampling.seed=9"})
               .code == 0);
-  CHECK_THROWS_WITH(pack_run(out, archive, nobody), Contains("did not come to its end with a report"));
+  CHECK_THROWS_WITH(pack_run(out, archive, nobody), Contains("did not come to its report"));
+  const std::string run = out.string();
+  const std::vector<std::vector<std::string>> readers = {
+      {"numbers", run}, {"figure", run}, {"compare", run, run}, {"article", run, "-o", (scratch / "new").string()}};
+  for (const int code : {5, 2}) {  // at work, and stopped
+    const auto at_work = code == 5 ? std::make_unique<RunFolder>(out) : nullptr;
+    for (const auto& one : readers) {
+      INFO(one.front());
+      CHECK(granuscope_command(one).code == code);
+    }
+    if (code == 5) CHECK_THROWS_AS(pack_run(out, archive, nobody), BusyError);
+  }
 }
 
 // A film of a window that slides down a pile.

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <ctime>
 #include <memory>
+#include <regex>
 #include <set>
 #include <utility>
 
@@ -47,9 +48,9 @@ Author author_from(const YAML::Node& told) {
   for (const char* instead : {"alias", "orcid", "email", "website", "affiliation"}) {
     if (author.name.empty()) author.name = text_of(told, instead);
   }
-  author.orcid = text_of(told, "orcid");
-  if (!author.orcid.empty() && author.orcid.find('/') == std::string::npos)
-    author.orcid = "https://orcid.org/" + author.orcid;
+  const std::string orcid = text_of(told, "orcid");
+  if (std::smatch id; std::regex_search(orcid, id, std::regex("([0-9]{4}-){3}[0-9]{3}[0-9X]")))
+    author.orcid = "https://orcid.org/" + id.str();
   author.affiliation = text_of(told, "affiliation");
   return author;
 }
@@ -59,13 +60,16 @@ Author author_from(const YAML::Node& told) {
 Citation read_citation(const std::filesystem::path& file) {
   const auto refuse = [&](const std::string& what) {
     throw InputError(
-        fmt::format("{}: {}, so that nobody can be named by it; give a CITATION.cff with authors (Citation "
-                    "File Format 1.2)",
-                    file.string(), what));
+        "{}: {}, so that nobody can be named by it; give a CITATION.cff with authors (Citation "
+        "File Format 1.2)",
+        file.string(), what);
   };
   Citation citation;
   try {
-    const YAML::Node root = YAML::Load(read_file(file));
+    const std::string text = read_file(file), replacement = "\xEF\xBF\xBD";
+    if (text.find(replacement) == std::string::npos && clean_text(text).find(replacement) != std::string::npos)
+      refuse("it is not in UTF-8, as which it is to be saved");
+    const YAML::Node root = YAML::Load(text);
     if (!root.IsMap()) refuse("this is no citation file");
     citation = {text_of(root, "title"), {}, text_of(root, "license-url"), text_of(root, "doi"), {}};
     if (const YAML::Node identifiers = root["identifiers"];
@@ -117,8 +121,7 @@ std::time_t moment_shown_as(const std::string& time) {
 void write_zip(const std::filesystem::path& target, const std::vector<ZipEntry>& entries, const std::string& time) {
   AtomicFile file(target);
   const auto fail = [&](const std::string& why) {
-    throw EnvironmentError(
-        fmt::format("cannot write '{}': {}; make room or choose another --out", target.string(), why));
+    throw EnvironmentError("cannot write '{}': {}; make room or choose another --out", target.string(), why);
   };
   int code = 0;
   std::unique_ptr<zip_t, void (*)(zip_t*)> archive(
@@ -203,9 +206,7 @@ constexpr std::array<std::pair<const char*, const char*>, 14> descriptions = {
 std::string as_reference(const std::string& path) {
   std::string text;
   for (const char c : path) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       std::string_view("-._~/").find(c) != std::string_view::npos;
-    text += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    text += is_plain({&c, 1}, "-._~/") ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
   }
   return text;
 }
@@ -296,9 +297,9 @@ std::string sources_of(const fs::path& clone, const Json& provenance) {
                    .environment = {}});
   if (result.exit_code != 0) {
     throw InputError(
-        fmt::format("{}: git finds no commit {} there ({}), so that the sources would not be those of the "
-                    "program; give a clone that has it",
-                    clone.string(), commit, single_line(result.standard_error)));
+        "{}: git finds no commit {} there ({}), so that the sources would not be those of the "
+        "program; give a clone that has it",
+        clone.string(), commit, single_line(result.standard_error));
   }
   return read_file(archive);
 }
@@ -435,15 +436,12 @@ std::string metadata(const Json& manifest, const Json& files, const PackOptions&
 Json manifest_of_finished_run(const fs::path& folder) {
   require_visible(folder / manifest_name);
   if (!file_exists(folder / manifest_name)) {
-    throw InputError(
-        fmt::format("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string()));
+    throw InputError("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string());
   }
   Json manifest = Json::parse(shallow_json(read_file(folder / manifest_name)), nullptr, false);
   if (!manifest.is_object() || !manifest.contains("status")) refuse(folder, "manifest.json is damaged");
-  const Json stages = manifest.value("stages", Json::array());
-  if (manifest.at("status") != "done" || std::find(stages.begin(), stages.end(), "report") == stages.end()) {
-    refuse(folder, "its last run did not come to its end with a report");
-  }
+  require_results_of_last_run(folder, "report");
+  if (manifest.at("status") != "done") refuse(folder, "its last run did not come to its end");
   return manifest;
 }
 

@@ -1,5 +1,6 @@
 #include "report/run_files.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -66,6 +67,8 @@ void require_results_of_last_run(const fs::path& run_folder, const std::string& 
   const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)), nullptr, false);
   const auto stages = manifest.is_object() ? manifest.value("stages", Json::array()) : Json::array();
   if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
+  const FileDescriptor folder(::open(run_folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!lock_file(folder, true)) throw BusyError("{}: a run is at work here; wait for its end", run_folder.string());
   const bool earlier = path_exists(run_folder / "summary.json");
   throw InputError(
       "{}: the last run in this folder did not come to its {}{}; go on with it: {}", run_folder.string(), stage,

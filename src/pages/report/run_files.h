@@ -26,7 +26,8 @@ std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_fo
 bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::path& path);
 
 /// The door for whoever reads what a run left: throws InputError if the folder has a manifest whose last run did not
-/// come to this stage, so that what is there is of an earlier one. A folder without a manifest is let through.
+/// come to this stage, so that what is there is of an earlier one; BusyError while that run is at work. A folder
+/// without a manifest is let through.
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage);
 
 /// The command that makes what is in this folder again, or goes on with it.

@@ -69,6 +69,7 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (!options.page.width.empty()) options.style.width_mm = millimetres(options.page.width);
   if (!options.page.font_size.empty()) options.style.font_points = points(options.page.font_size);
   const auto figures = std::filesystem::path(options.folder) / "figures";
+  require_results_of_last_run(options.folder, "plot");
   if (options.id.empty()) {
     std::string list;
     for (const ListedFigure& figure : list_figures(options.folder)) {
@@ -79,7 +80,6 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
     return ExitCode::done;
   }
   options.id = id_of_figure(options.id, options.folder);
-  require_results_of_last_run(options.folder, "plot");
   for (const char* ends : {".csv", ".json"}) {
     if (!options.style.trust_script) require_unchanged(options.folder, "figures/" + options.id, ends);
   }
@@ -198,7 +198,7 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
   options.frames.force = options.image.force;
   write_film(
       options.frames, film.frames(), options.scene.width_px % 2 == 0 && options.film.height_px % 2 == 0,
-      fmt::format("{} frames of {} layers each", film.frames(), film.layers_seen()),
+      fmt::format("{} of {} each", how_many(film.frames(), "frame"), how_many(film.layers_seen(), "layer")),
       [&](std::size_t frame) { film.render(frame, options.frames.folder); }, context);
   return ExitCode::done;
 }
