@@ -419,10 +419,17 @@ TEST_CASE("A recipe with a variable that gnuplot could run, or a template that i
                                         fmt::format("\"{}\": \"1; system('touch {}')\"", name, trace.string())));
     try {
       plot_again(run / "figures", scaling, {});
-    } catch (const Error&) {  // gnuplot need not make a figure of it
+    } catch (const InputError&) {  // gnuplot need not make a figure of it, and lacks nothing
     }
     CHECK_FALSE(std::filesystem::exists(trace));
     write_file(file, good);
   }
   CHECK_FALSE(plot_again(run / "figures", scaling, {}).bytes.empty());
+  // Tables without what is to be plotted are no fault of the machine, either.
+  for (const char* table : {"", "a,b,c\nx,y,z\n", "# 1\n"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(run / "figures")) {
+      if (entry.path().extension() == ".csv") write_file(entry.path(), table);
+    }
+    CHECK_THROWS_AS(plot_again(run / "figures", scaling, {}), InputError);
+  }
 }

@@ -294,6 +294,13 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     }
   }
   const auto fail = [&](const std::string& what) {
+    // What gnuplot says of a line is of the script and its tables, unless this gnuplot lacks a part.
+    const bool of_line = is_complaint(what) && what.find(".gp\"") != std::string::npos &&
+                         what.find("terminal") == std::string::npos && what.find("font") == std::string::npos;
+    if (of_line) {
+      throw InputError("{}: gnuplot cannot plot what stands there and in its tables: {}; run the experiment again",
+                       (figures / id).string() + (style.trust_script ? ".gp" : ".json"), what);
+    }
     throw EnvironmentError(
         "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id, what);
   };
