@@ -143,7 +143,7 @@ TEST_CASE("a damaged ensemble is drawn again, and only that one; one of another 
   CHECK(reused() == std::vector<bool>{true, true, false, true});
   run_experiment(experiment, options);
   CHECK(read_file(damaged) == whole);
-  CHECK(read_file(folder / "manifest.json").find("3 of 4 ensembles were already there") != std::string::npos);
+  CHECK(read_file(folder / "manifest.json").find("not drawn again: 3 of 4 ensembles") != std::string::npos);
   experiment.sampling.seed = 12;
   CHECK(reused() == std::vector<bool>(4, false));
 }
@@ -619,6 +619,22 @@ TEST_CASE("a pile that cannot be completed costs its pictures, not the report") 
   CHECK_THAT(read_file(folder / "report.html"), Contains("the pile of the force-chain picture could not be completed"));
   CHECK(fs::exists(folder / "summary.json"));
   CHECK_FALSE(fs::exists(folder / "figures/force-chains.png"));
+}
+
+TEST_CASE("an experiment of which no pile could be completed has its report, and is one that cannot be used") {
+  const TemporaryFolder folder;
+  Experiment experiment = unplotted(small_experiment());
+  experiment.sampling.effort = 1;
+  experiment.mu = {0.3, 0.4};
+  for (const std::vector<Stage>& only : {std::vector{Stage::sample}, {Stage::report}, {Stage::report}}) {
+    const RunResult result = run_experiment(experiment, quiet(folder.path(), only));
+    CHECK(result.code == ExitCode::bad_input);
+    CHECK_THAT(result.failure, Contains("no pile of any ensemble could be completed"));
+    CHECK_THAT(read_file(folder / "manifest.json"), Contains("\"exit_code\": 2"));
+  }
+  CHECK(fs::exists(folder / "report.html"));
+  experiment.mu = {0, 0.3};  // without friction any pile is completed
+  CHECK(run_experiment(experiment, quiet(folder.path(), {Stage::report})).code == ExitCode::done);
 }
 
 TEST_CASE("an ensemble that cannot be opened is not taken for a damaged one") {

@@ -46,6 +46,7 @@ void print_plan(const Experiment& experiment, const RunOptions& options, const s
     out << fmt::format("{:<8} {}{}\n", name_of(step.stage), single_line(step.what),
                        step.reused ? " (there already)" : "");
   }
+  if (const std::string note = note_of_idle_keys(experiment); !note.empty()) out << note << '\n';
   out << std::flush;
   require_memory(memory_needed(experiment, options.folder, workers));
   const PlannedTime time = estimate_time(plan, workers);
@@ -158,7 +159,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   if (given.gate || (!given.quiet && !environment_variable("CI").empty())) {
     for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
   }
-  if (!result.failure.empty()) throw EnvironmentError(result.failure);
+  if (!result.failure.empty()) throw Error(result.code, result.failure);
   if (!given.gate) return ExitCode::done;
   return result.unexpected.empty() ? ExitCode::done : ExitCode::verdict_differs;
 }

@@ -85,8 +85,8 @@ class Run {
     describe();
     const RunFolder folder(options_.folder);
     if (folder.leftovers_removed() > 0) {
-      log_line(options_.progress, "removed {} half-written files and folders of a run that was killed",
-               folder.leftovers_removed());
+      log_line(options_.progress, "removed what a run that was killed had half written ({})",
+               how_many(folder.leftovers_removed(), "file or folder", "files and folders"));
     }
     if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
@@ -115,13 +115,20 @@ class Run {
     // A run that has come to its ensembles knows all of their times, any other leaves them as they were.
     if (needs(Stage::sample)) earlier_timings_.clear();
     result_.failure = failures_in_words();
-    const bool whole = result_.failure.empty();
-    const ExitCode code = whole ? ExitCode::done : ExitCode::environment;
+    if (!result_.failure.empty()) {
+      result_.code = ExitCode::environment;
+    } else if (sampling_.has_no_pile()) {
+      result_.code = ExitCode::bad_input;
+      result_.failure =
+          "no pile of any ensemble could be completed, so that nothing is known; take fewer columns, more "
+          "sampling.effort or another sampling.law";
+    }
+    const bool whole = result_.code == ExitCode::done;
     result_.analysis = data_.analysis;
     result_.unexpected = unexpected_results(data_.analysis);
     const FinishedRun finished{made_from_, names_of(needed_), result_.unexpected, result_.files.pdf.has_value()};
     if (needs(Stage::report)) remove_earlier_figures();
-    keep_manifest(whole ? "done" : "failed", code, result_.failure, finished);
+    keep_manifest(whole ? "done" : "failed", result_.code, result_.failure, finished);
     return std::move(result_);
   }
 
@@ -276,6 +283,7 @@ class Run {
 
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
+    if (const std::string note = note_of_idle_keys(experiment_); !note.empty()) leave_out(note);
     if (options_.crew != nullptr) sampling_.draw_by_crew(all_ensembles(experiment_, options_.folder));
     SamplerCounts counts;
     std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment_, options_.folder);
@@ -522,9 +530,7 @@ std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysi
               fmt::format("The figure of the exponents is left out: {}.", clear->scaling.gamma.exponent.reason));
   }
   std::vector<FigurePlot> figures;
-  if (has_main_finding(*clear)) {
-    figures.emplace_back([clear](Folder run) { return plot_main_finding(*clear, run); });
-  }
+  if (has_main_finding(*clear)) figures.emplace_back([clear](Folder run) { return plot_main_finding(*clear, run); });
   if (asked.response_profiles) {
     const ResponseProfilesSpec spec{experiment.shown_value(asked.profile_mu), asked.profile_layers,
                                     experiment.lattice.layers};

@@ -107,7 +107,8 @@ struct RunResult {
   Analysis analysis;                    ///< empty unless the stage analyse was needed and not all was there
   ReportFiles files;                    ///< empty unless the stage report was needed
   std::vector<std::string> unexpected;  ///< claims whose verdict is not the expected one, as sentences
-  std::string failure = {};             ///< what the machine did not let be made, while all else was; empty if nothing
+  std::string failure = {};             ///< what could not be made, while all else was; empty if nothing
+  ExitCode code = ExitCode::done;       ///< environment: the machine lacks what it takes; bad_input: no pile came of it
 };
 
 /// Does nothing where the folder holds the whole results of the same experiment by the same program and libraries. Else

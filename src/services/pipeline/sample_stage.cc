@@ -361,9 +361,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     if (frictionless) spec.response.samples = std::min(spec.response.samples, one_group_each);
     ensemble.file = std::filesystem::path("ensembles") / (scan.file_part(spec.sampler) + ".h5");
     ensemble.label = fmt::format("{} = {}", scan.name, value);
-    if (!frictionless && experiment.precision.asked()) {
-      let_grow(ensemble, spec.response.samples, experiment.precision);
-    }
+    if (!frictionless && experiment.precision.asked()) let_grow(ensemble, spec.response.samples, experiment.precision);
     look_for(ensemble, run_folder);
     if (ensemble.grows_from > 0) {
       look_for_smaller(ensemble, run_folder);
@@ -485,13 +483,15 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
     drawn_();
   }
   if (const auto& failed = ensemble.record.failed; !failed.empty()) {
-    log_line(options_.progress,
-             "{}: {} of {} piles could not be completed and enter no average{}; this command meets the first of these "
-             "failures: {}",
-             planned.label, failed.size(), planned.spec.response.samples,
-             failed.size() < planned.spec.response.samples ? "" : " (take fewer columns, more effort or another law)",
-             failed.front().replay);
+    log_line(
+        options_.progress,
+        "{}: averages do without {} of {} piles, which could not be completed{}; this command meets the first failure: "
+        "{}",
+        planned.label, failed.size(), planned.spec.response.samples,
+        failed.size() < planned.spec.response.samples ? "" : " (take fewer columns, more effort or another law)",
+        failed.front().replay);
   }
+  completed_ += planned.spec.response.samples - ensemble.record.failed.size();
   ++obtained_;
   if (reused) ++reused_;
   return ensemble;
@@ -556,7 +556,7 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
 
 void SampleStage::tell_reuse() {
   if (reused_ == 0) return;
-  data_.reuse = fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_);
+  data_.reuse = fmt::format("Already there, and not drawn again: {} of {}.", reused_, how_many(obtained_, "ensemble"));
 }
 
 void SampleStage::tell_rounding(const SamplerCounts& counts) {

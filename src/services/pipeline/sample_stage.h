@@ -117,6 +117,9 @@ class SampleStage {
   /// Lets a growing ensemble grow until it is as precise as asked, which is looked at after whole steps only.
   PrecisionOutcome reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble);
 
+  /// Whether ensembles were obtained, and no pile of any could be completed.
+  bool has_no_pile() const { return obtained_ > 0 && completed_ == 0; }
+
   /// Tells how many ensembles were there already.
   void tell_reuse();
 
@@ -134,6 +137,7 @@ class SampleStage {
   std::function<void()> drawn_;
   std::set<std::filesystem::path> drawn_by_crew_;        ///< in this run: they are there, and yet not reused
   std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles
+  std::uint64_t completed_ = 0;                          ///< piles
   double drawn_in_this_run_ = 0, drawn_in_seconds_ = 0;  ///< beads, for the time that is left
 };
 
