@@ -79,7 +79,19 @@ TEST_CASE("Every flag for a whole number takes one as people write it, and signs
   const test::TemporaryFolder folder;
   CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", "1e2"}).out, Contains("layers = 100 "));
   CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", "64.0"}).out, Contains("layers = 64 "));
-  CHECK(granuscope_command({"new", "--mu", "0.3", "--layers", "64.5"}).code == 2);
+  for (const char* written : {"6_4", "+64", "0x40", "0o100", "0b1000000", " 64 ", "6.4e1"}) {
+    INFO(written);
+    CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", written}).out, Contains("layers = 64 "));
+    CHECK_THAT(granuscope_command({"sample", "--columns", written, "--layers", written, "--band", "0,64",
+                                   "--statistics", "--distributions", "none.csv"})
+                   .err,
+               Contains("and the pile has 0 to 63"));
+  }
+  for (const char* written : {"64.5", "6__4", "_64", "64_", "0x", "0x-4", "0x4.0", "1e-1", "++64"}) {
+    INFO(written);
+    CHECK(granuscope_command({"new", "--mu", "0.3", "--layers", written}).code == 2);
+    CHECK(granuscope_command({"sample", "--columns", written, "--out", "none.h5"}).code == 2);
+  }
   CHECK_THAT(granuscope_command({"nightly", "none.toml", "--history", "h", "--grow", "1e3", "--keep", "1e1"}).err,
              Contains("none.toml: there is no such file"));
   CHECK_THAT(granuscope_command({"history", folder.path().string(), "show", "1.0"}).err, Contains("no history"));

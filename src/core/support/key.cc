@@ -63,7 +63,7 @@ Problem find_list_problem(const std::string& key, const std::vector<Number>& num
     const std::string reason = describe_numbers(range).empty() ? because(range) : "";
     if (numbers.empty())
       return problem(key, "the list is empty{}; give {} to {} values", reason, range.fewest, range.longest);
-    return problem(key, "{} values{}; give {} to {}", numbers.size(), reason, range.fewest, range.longest);
+    return problem(key, "{}{}; give {} to {}", how_many(numbers.size(), "value"), reason, range.fewest, range.longest);
   }
   std::vector<double> outside;
   std::ranges::copy_if(numbers, std::back_inserter(outside), [&](double number) { return !is_inside(number, range); });
@@ -214,7 +214,7 @@ void from_value(std::vector<int>& field, const KeyValue& value) {
 void from_value(std::array<double, 2>& field, const KeyValue& value) {
   const auto& numbers = std::get<std::vector<double>>(value);
   if (numbers.size() != 2) {
-    throw InputError("a window needs two ends but {} numbers are given; write [low, high]", numbers.size());
+    throw InputError("a window needs two ends, not {}; write [low, high]", how_many(numbers.size(), "number"));
   }
   field = {numbers[0], numbers[1]};
 }
@@ -225,8 +225,17 @@ namespace {
 
 constexpr const char* whole = "a whole number";
 
+/// Without what a number of an experiment file may have, too: a plus, _ between digits, blanks around.
+std::string plain_number(std::string_view given) {
+  std::string text(trimmed(given));
+  if (text.find("__") == std::string::npos && !text.starts_with('_') && !text.ends_with('_')) std::erase(text, '_');
+  if (text.starts_with('+') && text.find_first_of("+-", 1) != 1) text.erase(0, 1);
+  return text;
+}
+
 template <class Number>
-Number read_number(const std::string& text, const char* kind) {
+Number read_number(const std::string& given, const char* kind) {
+  const std::string text = plain_number(given);
   Number number{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error == std::errc() && end == text.data() + text.size()) return number;
@@ -235,8 +244,10 @@ Number read_number(const std::string& text, const char* kind) {
     double real = 0;
     const bool is_whole = read_whole(text, real) && real == std::floor(real);
     if (is_whole && std::abs(real) <= most && (real >= 0 || std::is_signed_v<Number>)) return static_cast<Number>(real);
+    const int base = text.starts_with("0x") ? 16 : text.starts_with("0o") ? 8 : text.starts_with("0b") ? 2 : 0;
+    if (base != 0 && read_whole(std::string_view(text).substr(2), number, base)) return number;
   }
-  const std::string shown = single_line(text);
+  const std::string shown = single_line(given);
   if (std::is_unsigned_v<Number> && text.starts_with('-')) throw InputError(shown + " is negative; give 0 or more");
   if (error == std::errc::result_out_of_range)
     throw InputError("{} is too large; give at most {}", shown, std::numeric_limits<Number>::max());

@@ -9,6 +9,7 @@
 #include <cctype>
 #include <cerrno>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <new>
 #include <stdexcept>
@@ -138,9 +139,7 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   if (!chosen.empty()) {
     if (const std::string unknown = find_unknown_flags(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
   }
-  if (chosen.empty() && what == "A subcommand is required") {
-    what = name_unknown_flag(app, argv[1]);
-  }
+  if (chosen.empty() && what == "A subcommand is required") what = name_unknown_flag(app, argv[1]);
   if (what.starts_with("The following arguments were not expected: ")) {
     // CLI11 lists them all, the last one first.
     const std::vector<std::string> words = (chosen.empty() ? &app : chosen.front())->remaining(true);
@@ -169,12 +168,15 @@ void read_whole_numbers(CLI::Option& option) {
   const std::string type = option.get_type_name();
   if (type.find("INT") == std::string::npos) return;
   const auto in_digits = [count = type.starts_with("UINT")](std::string& text) -> std::string {
+    const std::string sign = !count && text.starts_with('-') ? "-" : "";
+    constexpr auto most = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
     std::uint64_t number = 0;
     try {
-      key_fields::from_text(number, text);
-      text = std::to_string(number);
+      key_fields::from_text(number, text.substr(sign.size()));
+      if (!count && number > most) throw InputError("{} is too large; give at most {}", text, most);
+      text = sign + std::to_string(number);
     } catch (const InputError& error) {
-      if (count) return error.what();
+      return error.what();
     }
     return "";
   };
