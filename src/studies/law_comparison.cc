@@ -158,9 +158,9 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     const int least_layers = fit.first_layer + least_depths + bottom_margin;
     if (layers < least_layers) {
       return problem(key("response_layers"),
-                     "{} layers: slopes need {} depths from layer {} on, and the lowest {} layers follow another law; "
+                     "{}: slopes need {} depths from layer {} on, and the lowest {} layers follow another law; "
                      "give at least {}",
-                     layers, least_depths, fit.first_layer, bottom_margin, least_layers);
+                     how_many(layers, "layer"), least_depths, fit.first_layer, bottom_margin, least_layers);
     }
     const double least_columns = columns_needed(mu_, fit.last_layer);
     if (columns >= least_columns && beads_of(response_lattice_) <= static_cast<double>(most_polytope_beads)) return {};

@@ -147,12 +147,13 @@ double pile_memory(double columns, double layers) {
 Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
                              int least_layers, double memory) {
   if (columns < fewest_columns) {
-    return problem(
-        columns_key,
-        "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; give at least 4", columns);
+    return problem(columns_key,
+                   "{} too few: on a ring of fewer than 4 a bead meets its neighbour twice; give at least 4",
+                   how_many(columns, "column is", "columns are"));
   }
   if (layers < least_layers) {
-    return problem(layers_key, "{} layers are too few; give at least {}", layers, least_layers);
+    return problem(layers_key, "{} too few; give at least {}", how_many(layers, "layer is", "layers are"),
+                   least_layers);
   }
   const bool wide = columns > layers;
   if (memory > most_memory) {
@@ -173,8 +174,8 @@ Problem find_lattice_problem(const std::string& columns_key, int columns, const 
 Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks) {
   const auto least = group_size * static_cast<std::uint64_t>(blocks);
   if (samples >= least && samples <= most_samples) return {};
-  return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
-                 blocks, least, most_samples);
+  return problem(key, "{} in {} blocks: each block needs a whole group of eight; give {} to {}",
+                 how_many(samples, "sample"), blocks, least, most_samples);
 }
 
 Problem find_check_problem(const std::string& key, const std::vector<double>& checked, const std::string& measured_key,

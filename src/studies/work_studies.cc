@@ -109,7 +109,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
                            least_reach);
   }
   if (large_failed > 0) {
-    of_size = fmt::format("{} of {} piles of 10⁶ beads or more at μ ≥ {} were not completed.", large_failed,
+    of_size = fmt::format("{} of {} piles of 10⁶ beads or more at μ ≥ {} could not be completed.", large_failed,
                           large_failed + large_completed, spec.highest_mu);
   } else if (large_completed > 0) {
     of_size =

@@ -150,7 +150,8 @@ TEST_CASE("Of a contact that both its particles tell, each by itself, the mean c
   CHECK(packing.twins == 1);
   CHECK(packing.contacts[0].N == 2.5);
   CHECK(packing.contacts[0].T == Approx(0.2));
-  CHECK_THAT(packing.told.back(), Contains("1 lines tell a contact again") && Contains("differ by 41 %"));
+  CHECK_THAT(packing.told.back(),
+             Contains("1 contact is told again from the other side") && Contains("differ by 41 %"));
 }
 
 TEST_CASE("Contacts with walls are drawn where the file says where they touch, whichever program wrote it") {
@@ -394,7 +395,7 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
       {std::string("PK\x03\x04\x14\0", 6), "", {"of a spreadsheet: saved as CSV"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: ENTRIES id1 id2 N\n1 2 1\n2 3 1\n",
        three_discs,
-       {"line 7: the step is to have 1 lines, and goes on"}},
+       {"line 7: the step is to have 1 line, and goes on"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS xy xz yz pp pp pp\n0 13 3\n0 9 0\n0 1 0\n"
        "ITEM: ENTRIES id1 id2 N\n1 2 1\n",
        three_discs,
@@ -413,7 +414,7 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
       {"\x89HDF\r\n", "", {"granuscope export"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n3\nITEM: ENTRIES id1 id2 N\n1 2 1\n",
        three_discs,
-       {"of 3 lines that the step is to have, 1 are there"}},
+       {"the step is to have 3 lines, and has 1"}},
       {"ITEM: NOTHING\n", "", {"no ITEM: TIMESTEP"}},
       {"ITEM: TIMESTEP\nx\nITEM: NUMBER OF ENTRIES\n1\n", "", {"line 2: this is to be the number of a step"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n-3\nITEM: ENTRIES id1 id2 N\n1 2 1\n",

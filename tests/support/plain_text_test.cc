@@ -79,6 +79,13 @@ TEST_CASE("an error below the resolution of a double is none") {
   CHECK(value_with_error(0.5, 3e-16) == "0.50000000000000000(30)");
 }
 
+TEST_CASE("One of what is counted is no several") {
+  CHECK(how_many(1, "pile") == "1 pile");
+  CHECK(how_many(0, "pile") == "0 piles");
+  CHECK(how_many(1, "block is", "blocks are") == "1 block is");
+  CHECK(how_many(2, "block is", "blocks are") == "2 blocks are");
+}
+
 TEST_CASE("text is taken apart between separators, without the blanks around") {
   CHECK(trimmed(" \t\r\n a b\n ") == "a b");
   CHECK(trimmed(" \t").empty());

@@ -82,9 +82,9 @@ std::vector<std::string> unexpected_results(const Analysis& analysis) {
   }
   for (const Transport& one : analysis.results) {
     if (!one.failed.empty()) {
-      sentences.push_back(fmt::format("{} of {} piles could not be completed at {} = {}, and enter no average",
-                                      one.failed.size(), one.failed.size() + one.samples, one.scan->name,
-                                      one.scanned()));
+      sentences.push_back(fmt::format("at {} = {} averages do without {} of {} piles, which could not be completed",
+                                      one.scan->name, one.scanned(), one.failed.size(),
+                                      one.failed.size() + one.samples));
     }
     if (!one.precision.asked || one.precision.reached) continue;
     sentences.push_back(fmt::format("the precision asked for was not reached at {} = {}: {}", one.scan->name,

@@ -44,8 +44,9 @@ void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSer
   if (std::ranges::any_of(used, [](const MeasuredDepth* d) { return !d->inside; })) {
     reason = "an exact profile has no scatter to test an exponent with";
   } else if (used.size() < min_depths_of_a_law || peaks.z.back() < least_reach * peaks.z.front()) {
-    reason = fmt::format("{} depths from z = {:.1f} to {:.1f} can be fitted; a power of z needs {} over a factor of {}",
-                         used.size(), peaks.z.front(), peaks.z.back(), min_depths_of_a_law, least_reach);
+    reason =
+        fmt::format("{} from z = {:.1f} to {:.1f} can be fitted; a power of z needs {} over a factor of {}",
+                    how_many(used.size(), "depth"), peaks.z.front(), peaks.z.back(), min_depths_of_a_law, least_reach);
   }
   if (!reason.empty()) {
     for (Estimate* exponent : all) exponent->reason = reason;

@@ -157,10 +157,11 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
   if (!plan.bases.empty()) return {};
   const int unused = bottom_margin_of(spec.sampler.model);
   return problem("layers",
-                 "{} layers are too few for the estimator fluctuation: {} of saturated fluctuations, a reference of "
+                 "{} too few for the estimator fluctuation: {} of saturated fluctuations, a reference of "
                  "{}, {} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
-                 spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - unused - 1,
-                 plan.reference, plan.lags.back(), unused + 1, plan.layers_needed, spec.response.base_step);
+                 how_many(spec.lattice.layers, "layer is", "layers are"),
+                 plan.layers_needed - plan.reference - plan.lags.back() - unused - 1, plan.reference, plan.lags.back(),
+                 unused + 1, plan.layers_needed, spec.response.base_step);
 }
 
 constexpr double most_mu_of_several = 0.5;  ///< for which several overloads were held against one
@@ -503,9 +504,8 @@ Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
                    most_samples);
   }
   if (spec.samples < least) {
-    return problem("samples",
-                   "{} samples are too few: each of the {} blocks needs at least one group of {}; give {} or more",
-                   spec.samples, spec.blocks, group_size, least);
+    return problem("samples", "{} too few: each of the {} blocks needs at least one group of {}; give {} or more",
+                   how_many(spec.samples, "sample is", "samples are"), spec.blocks, group_size, least);
   }
   return {};
 }

@@ -318,9 +318,9 @@ class Pilot {
     Pile start(lattice);
     if (const auto failure = GranusolveSampler(start_of_chain(spec), lattice).draw(0, load, start)) {
       throw InputError(
-          fmt::format("the chain of the law polytope starts from a pile of the law granusolve, but none could be "
-                      "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
-                      failure->layer));
+          "the chain of the law polytope starts from a pile of the law granusolve, but none could be "
+          "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
+          failure->layer);
     }
     chain_.set_lambda(0);
     chain_.set(start);
@@ -361,10 +361,10 @@ ChainPlan plan_for(double time, std::uint64_t pilot_sweeps) {
 
 ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
   const auto too_slow = [&](const std::string& how) {
-    return InputError(fmt::format(
+    return InputError(
         "the chain of the law polytope forgets its past too slowly on {} x {} beads ({}), so that its piles would not "
         "be independent; take a smaller pile, or state burn-in and thinning",
-        lattice.columns(), lattice.layers(), how));
+        lattice.columns(), lattice.layers(), how);
   };
   if (lattice.beads() > most_polytope_beads) throw too_slow(fmt::format("more than {} beads", most_polytope_beads));
   Pilot pilot(spec, lattice, load);

@@ -525,9 +525,9 @@ double RowModelSampler::memory(const Lattice& lattice, const KeptLayers* kept) {
 
 std::optional<SamplingFailure> RowModelSampler::draw(std::uint64_t, std::span<const double>, Pile&) {
   throw InputError(
-      fmt::format("a pile of the model {} has no contacts as beads have them, so that it cannot be stored, "
-                  "rendered or loaded twice; measure it by an ensemble",
-                  name_of(spec_.model.name)));
+      "a pile of the model {} has no contacts as beads have them, so that it cannot be stored, "
+      "rendered or loaded twice; measure it by an ensemble",
+      name_of(spec_.model.name));
 }
 
 void RowModelSampler::keep_layers(const KeptLayers& kept) {

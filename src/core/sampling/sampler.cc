@@ -87,8 +87,7 @@ class CheckedSampler final : public Sampler {
 
   void check(std::uint64_t sample, std::span<const double> load) const {
     if (sample >= max_samples) {
-      throw InputError(
-          fmt::format("sample {} is out of range: one seed names {} samples; use another seed", sample, max_samples));
+      throw InputError("sample {} is out of range: one seed names {} samples; use another seed", sample, max_samples);
     }
     if (load.size() != static_cast<std::size_t>(lattice_.columns())) {
       throw std::logic_error("a sampler was handed a load of another lattice");
@@ -101,16 +100,16 @@ class CheckedSampler final : public Sampler {
       if (load[i] > 0 && std::isfinite(load[i])) continue;
       if (load[i] == 0 && takes_zero_) continue;
       if (load[i] == 0) {
-        throw InputError(fmt::format(
+        throw InputError(
             "there is no load on top bead {}: while the friction angle is below {} degrees (mu < {}) "
             "a force next to an unloaded bead can only go straight on; load every top bead",
             i, lattice_.geometry().angle,
-            lattice_.geometry().angle == usual_angle ? "1/sqrt(3)" : significant(lattice_.geometry().tangent, 4)));
+            lattice_.geometry().angle == usual_angle ? "1/sqrt(3)" : significant(lattice_.geometry().tangent, 4));
       }
       throw InputError(
-          fmt::format("the load {} on top bead {} is not a positive finite number: a top bead can only be pressed "
-                      "down; give every top bead such a load",
-                      load[i], i));
+          "the load {} on top bead {} is not a positive finite number: a top bead can only be pressed "
+          "down; give every top bead such a load",
+          load[i], i);
     }
     if (std::all_of(load.begin(), load.end(), [](double force) { return force == 0; })) {
       throw InputError("no top bead carries a load, so that there is no force in the pile; load at least one");

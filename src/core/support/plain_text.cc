@@ -68,43 +68,46 @@ std::string xml_comment(std::string_view text) {
   return "<!-- " + said + " -->";
 }
 
-std::string escape_markup(std::string_view text) {
-  std::string escaped;
+bool is_plain(std::string_view text, std::string_view signs) {
+  return !text.empty() && std::ranges::all_of(text, [&](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || signs.find(c) != signs.npos;
+  });
+}
+
+std::string replaced(std::string_view text, std::initializer_list<std::pair<char, std::string_view>> signs) {
+  std::string result;
+  result.reserve(text.size());
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        escaped += c;
-    }
+    const auto* const sign = std::ranges::find(signs, c, [](const auto& one) { return one.first; });
+    result += sign == signs.end() ? std::string_view(&c, 1) : sign->second;
   }
-  return escaped;
+  return result;
+}
+
+std::string backslashed(std::string_view text, std::string_view signs) {
+  std::string result;
+  for (const char c : text) result.append(signs.find(c) == std::string_view::npos ? 0 : 1, '\\') += c;
+  return result;
+}
+
+std::string percent_encoded(std::string_view text, std::string_view signs) {
+  std::string result;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte > ' ' && byte != 0x7F && signs.find(c) == std::string_view::npos;
+    result += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return result;
+}
+
+std::string escape_markup(std::string_view text) {
+  return replaced(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}});
 }
 
 std::string pdf_string(std::string_view bytes) {
   const std::string text = clean_text(bytes);
   const bool plain = std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
-  if (plain) {
-    std::string string = "(";
-    for (const char c : text) {
-      if (c == '(' || c == ')' || c == '\\') string += '\\';
-      string += c;
-    }
-    return string + ")";
-  }
+  if (plain) return "(" + backslashed(text, "()\\") + ")";
   std::string string = "<FEFF";
   for (std::size_t i = 0; i < text.size();) {
     const auto first = static_cast<unsigned char>(text[i]);
@@ -174,6 +177,10 @@ std::vector<std::string> parts_between(std::string_view text, std::string_view s
     start = end + separator.size();
   }
   return parts;
+}
+
+std::string how_many(std::uint64_t number, const std::string& one, const std::string& many) {
+  return fmt::format("{} {}", number, number == 1 ? one : many.empty() ? one + "s" : many);
 }
 
 bool has_decimal_comma(std::string_view text) {
@@ -252,9 +259,7 @@ std::string lower_case(std::string text) {
 std::string suffix_of(const std::filesystem::path& file) { return lower_case(file.extension().string()); }
 
 std::string shell_word(const std::string& word) {
-  const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
-                     std::string::npos;
-  if (plain && !word.empty()) return word;
+  if (is_plain(word, "_-./+,=@")) return word;
   const bool odd = single_line(word, word.size()) != word;  // it would move a terminal's cursor
   std::string text = odd ? "$'" : "'";
   for (const char c : word) {
@@ -441,9 +446,7 @@ namespace {
 /// Quoted where a comma, a quote or the end of a line would end it.
 std::string csv_cell(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string cell = "\"";
-  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return cell + '"';
+  return '"' + replaced(text, {{'"', "\"\""}}) + '"';
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <string>
@@ -16,6 +17,16 @@ namespace granuscope {
 /// character other than tab and line feed becomes U+FFFD; carriage returns become line feeds.
 std::string clean_text(std::string_view bytes);
 
+/// Whether text has ASCII letters and digits, and else these signs alone; not if it is empty.
+bool is_plain(std::string_view text, std::string_view signs);
+
+/// Text in which some signs are replaced by what stands beside them.
+std::string replaced(std::string_view text, std::initializer_list<std::pair<char, std::string_view>> signs);
+/// Text with a backslash before each of these signs.
+std::string backslashed(std::string_view text, std::string_view signs);
+/// Text with %XX for these signs, blanks and control characters.
+std::string percent_encoded(std::string_view text, std::string_view signs);
+
 /// Text for HTML and XML, in content or in a quoted attribute: & < > " ' escaped.
 std::string escape_markup(std::string_view text);
 
@@ -29,6 +40,9 @@ std::string pdf_string(std::string_view text);
 /// characters and marks of direction become single spaces, so that it can neither break the line nor move a terminal's
 /// cursor; after `most` bytes it is cut off with an ellipsis, between two characters.
 std::string single_line(std::string_view text, std::size_t most = 400);
+
+/// "1 pile" or "2 piles"; `many` where an s behind `one` is not it: of "is missing", say.
+std::string how_many(std::uint64_t number, const std::string& one, const std::string& many = "");
 
 /// Whether a comma stands between two digits, as in 0,25.
 bool has_decimal_comma(std::string_view text);
@@ -123,9 +137,9 @@ class CsvTable {
 };
 
 /// Whether the whole text is this number, which is then set (std::from_chars).
-template <class Number>
-bool read_whole(std::string_view text, Number& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+template <class Number, class... Base>
+bool read_whole(std::string_view text, Number& number, Base... base) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base...);
   return error == std::errc() && end == text.data() + text.size();
 }
 

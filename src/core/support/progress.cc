@@ -181,9 +181,7 @@ void install_interruption_handlers() {
   for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU}) ::sigaction(signal, &action, nullptr);
   // The end of a terminal or of a connection. nohup asks to go on after it.
   struct sigaction before = {};
-  if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) {
-    ::sigaction(SIGHUP, &action, nullptr);
-  }
+  if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
   // A file-size limit, or a reader that has gone, then makes the write fail with a message, instead of ending the
   // process without one; and a long run does not end because nobody listens to its progress any more.
   struct sigaction ignore = {};

@@ -96,9 +96,7 @@ void write_vti(const MeasuredEnsemble& ensemble, const std::filesystem::path& ta
     const std::size_t left = (halves + static_cast<std::size_t>(2 * line.x + columns) - 1) % halves;
     for (const auto& [array, numbers] : {std::pair{std::size_t{0}, &line.values}, {std::size_t{1}, &line.errors}}) {
       std::vector<double> cells(halves);
-      for (std::size_t half = 0; half < halves; ++half) {
-        cells[(left + half) % halves] = (*numbers)[half / 2];
-      }
+      for (std::size_t half = 0; half < halves; ++half) cells[(left + half) % halves] = (*numbers)[half / 2];
       vtk.put<double>(array, first, cells);
     }
   }

@@ -239,15 +239,15 @@ std::string lost_in(const PileView& pile, const PileExport& what) {
   const Lattice& lattice = pile.lattice;
   const bool dump = what.format == PileFormat::dump_local, contacts = what.part == NetworkPart::contacts;
   if ((dump && contacts) || what.format == PileFormat::graphml) {
-    return fmt::format("{} of {} contacts push on the floor, which is no bead, and are left out{}",
+    return fmt::format("left out, since they push on the floor, which is no bead: {} of {} contacts{}",
                        contacts_on_floor(lattice), all_contacts(lattice),
                        dump ? "; --part walls writes them as LIGGGHTS does" : "; vtu and csv have them");
   }
   if (what.format == PileFormat::pegs && contacts && lattice.layers() > 1) {
     return fmt::format(
-        "{} contacts join beads at either end of the ring, and PeGS knows no period: drawn between positions they "
+        "{} beads at either end of the ring, and PeGS knows no period: drawn between positions they "
         "cross all of it; granuscope contacts reads them with --period-x {}",
-        contacts_across_seam(lattice), exact(2 * lattice.half_width()));
+        how_many(contacts_across_seam(lattice), "contact joins", "contacts join"), exact(2 * lattice.half_width()));
   }
   return "";
 }

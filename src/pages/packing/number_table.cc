@@ -147,15 +147,14 @@ class Reader {
         set_columns(names, lines.number(), table);
         for (std::size_t row = 0; row < rows; ++row) {
           if (!lines.next(line) || line.starts_with("ITEM:")) {
-            problems_.add(
-                lines.number(),
-                fmt::format("of {} lines that the step is to have, {} are there: the file is cut off", rows, row));
+            problems_.add(lines.number(), fmt::format("the step is to have {}, and has {}: the file is cut off",
+                                                      how_many(rows, "line"), row));
             break;
           }
           add_row(line, ' ', lines.number(), table);
         }
         if (rows == table.lines.size() && lines.next(line) && !trimmed(line).empty() && !line.starts_with("ITEM:")) {
-          problems_.add(lines.number(), fmt::format("the step is to have {} lines, and goes on", rows));
+          problems_.add(lines.number(), fmt::format("the step is to have {}, and goes on", how_many(rows, "line")));
         }
         break;
       }
@@ -258,7 +257,7 @@ class Reader {
       return;
     }
     if (const std::size_t cells = table.numbers.size() - before; cells != width) {
-      problems_.add(number, fmt::format("{} cells instead of {}", cells, width));
+      problems_.add(number, fmt::format("{} instead of {}", how_many(cells, "cell"), width));
       table.numbers.resize(before);
       return;
     }
@@ -315,9 +314,9 @@ NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf pa
   }
   if (text_.starts_with("\x89HDF")) {
     throw InputError(
-        fmt::format("{}: it is HDF5; `granuscope export` writes the contacts of a pile as a table, and "
-                    "`granuscope audit` looks at one",
-                    file_.string()));
+        "{}: it is HDF5; `granuscope export` writes the contacts of a pile as a table, and "
+        "`granuscope audit` looks at one",
+        file_.string());
   }
   NumberTable table;
   if (is_vtk(text_)) {

@@ -71,7 +71,7 @@ Column column_of(const NumberTable& table, std::initializer_list<const Meaning*>
       const auto is_it = [&](const std::string& column) { return lower_case(column) == name; };
       const auto found = std::find_if(table.columns.begin(), table.columns.end(), is_it);
       if (found != table.columns.end() && std::find_if(found + 1, table.columns.end(), is_it) != table.columns.end()) {
-        throw InputError(fmt::format("two columns are named {}, so that it is open which is meant; rename one", name));
+        throw InputError("two columns are named {}, so that it is open which is meant; rename one", name);
       }
       if (found != table.columns.end()) {
         return {&table, static_cast<std::size_t>(found - table.columns.begin()), meaning->down ? -1.0 : 1.0};
@@ -82,7 +82,7 @@ Column column_of(const NumberTable& table, std::initializer_list<const Meaning*>
 }
 
 std::string columns_in(const NumberTable& table, bool of_walls = false) {
-  if (!table.named) return fmt::format("its {} columns have no names", table.columns.size());
+  if (!table.named) return fmt::format("its {} no names", how_many(table.columns.size(), "column has", "columns have"));
   const bool computed = std::all_of(table.columns.begin(), table.columns.end(),
                                     [](const std::string& name) { return name.starts_with("c_"); });
   return fmt::format("its columns are {}{}", fmt::join(table.columns, ", "),
@@ -165,8 +165,8 @@ class PackingReader {
                  ys = column_of(table, {&meaning::y, &meaning::down});
     const Column radii = column_of(table, {&meaning::radius}), diameters = column_of(table, {&meaning::diameter});
     if (!ids || !xs || !ys) {
-      throw InputError(fmt::format("{}: {}, and id, x and y are needed; name them by --particle-columns",
-                                   files_.particles.string(), columns_in(table)));
+      throw InputError("{}: {}, and id, x and y are needed; name them by --particle-columns", files_.particles.string(),
+                       columns_in(table));
     }
     if (const Column zs = ys.sign > 0 ? column_of(table, {&meaning::z}) : Column{}) {
       const auto width_of = [&](const Column& column) {
@@ -319,15 +319,15 @@ class PackingReader {
       lines.push_back(table.lines[row]);
     }
     problems.raise();
-    if (packing_.contacts.empty()) throw InputError(fmt::format("{}: there is no contact in it", file.string()));
+    if (packing_.contacts.empty()) throw InputError("{}: there is no contact in it", file.string());
     point_away(before_it, file);
     if (!first_file) return;
     packing_.twins = apart.size();
     if (apart.empty()) return;
     std::nth_element(apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2), apart.end());
     const double median = apart[apart.size() / 2];
-    packing_.told.push_back(fmt::format("{} lines tell a contact again from its other side, and count once{}",
-                                        apart.size(),
+    packing_.told.push_back(fmt::format("{} again from the other side and counted once{}",
+                                        how_many(apart.size(), "contact is told", "contacts are told"),
                                         median > 0 ? fmt::format(", by the mean of both sides, whose forces "
                                                                  "differ by {:.2g} % in the median",
                                                                  100 * median)
@@ -474,9 +474,8 @@ class PackingReader {
     }
     if (count == 0) return;
     packing_.told.push_back(fmt::format(
-        "{} contacts are far longer than their particles, and count as they are; if the box is periodic give "
-        "--period-x or --period-y",
-        count));
+        "{} far longer than particles, and counted so; if the box is periodic give --period-x or --period-y",
+        how_many(count, "contact is", "contacts are")));
   }
 
   const PackingFiles& files_;

@@ -127,9 +127,9 @@ Extent extent_of(const Packing& packing, const SceneSpec& spec) {
   }
   if (x1 < extent.x0 || x0 > extent.x1 || -y0 < extent.z0 || -y1 > extent.z1) {
     throw InputError(
-        fmt::format("the window lies beside the packing, which reaches from {:.4g} to {:.4g} in x and from {:.4g} to "
-                    "{:.4g} in y, in mean particle diameters ({:.4g} in the file)",
-                    extent.x0, extent.x1, -extent.z1, -extent.z0, d));
+        "the window lies beside the packing, which reaches from {:.4g} to {:.4g} in x and from {:.4g} to "
+        "{:.4g} in y, in mean particle diameters ({:.4g} in the file)",
+        extent.x0, extent.x1, -extent.z1, -extent.z0, d);
   }
   return {x0, x1, -y1, -y0};
 }
@@ -139,7 +139,7 @@ Extent extent_of(const Packing& packing, const SceneSpec& spec) {
 Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& spec) {
   const bool friction = spec.scene == "friction";
   if (!friction && spec.scene != "forces") {
-    throw InputError(fmt::format("there is no scene '{}' of a packing; choose forces or friction", spec.scene));
+    throw InputError("there is no scene '{}' of a packing; choose forces or friction", spec.scene);
   }
   if (friction && !(mu > 0))
     throw InputError("the scene 'friction' shows |T|/(μN); give a friction coefficient above 0 by --mu");

@@ -182,15 +182,9 @@ std::string gnuplot_string(std::string_view text) {
   std::string quoted = "'";
   // gnuplot 5.4 reads '' at the very start of a string as an empty string, whatever follows: a space keeps them apart.
   if (text.starts_with('\'')) quoted += ' ';
-  for (const char c : text) {
-    if (c == '\'') {
-      quoted += "''";
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      quoted += ' ';
-    } else {
-      quoted += c;
-    }
-  }
+  quoted += replaced(text, {{'\'', "''"}});
+  std::ranges::replace_if(
+      quoted, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
   return quoted + "'";
 }
 

@@ -102,9 +102,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   for (const char* symbol : {"gamma", "alpha"}) {
     for (const std::string id : {"at_one_depth", "limit"}) variables[id + "_" + symbol] = "";
   }
-  for (const char* name : {"at_one_depth_label", "limit_low", "limit_high"}) {
-    variables[name] = "";
-  }
+  for (const char* name : {"at_one_depth_label", "limit_low", "limit_high"}) variables[name] = "";
   for (const auto& [reading, ink] : readings) {
     const bool slopes = reading.id == "slopes", one_depth = reading.id == "at_one_depth";
     const std::string name = slopes || one_depth ? reading.id + "_" : "limit_";  // of small friction

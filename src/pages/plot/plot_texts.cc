@@ -124,9 +124,7 @@ std::string terms_of(const ScanParameter& parameter, double angle) {
   const ScanParameter& friction = friction_parameter();
   terms += fmt::format("{} -> {}\n{} -> {}\n{} -> {}\n", friction.label(), parameter.label(), friction.meaning,
                        parameter.meaning, friction.name, parameter.name);
-  if (parameter.symbol != friction.symbol) {
-    terms += fmt::format("{} -> {}\n", friction.symbol, parameter.symbol);
-  }
+  if (parameter.symbol != friction.symbol) terms += fmt::format("{} -> {}\n", friction.symbol, parameter.symbol);
   return terms;
 }
 

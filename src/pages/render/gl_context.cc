@@ -87,9 +87,7 @@ std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
   require_known_backend(backend);
   if (backend == "osmesa") return with_reason(make_osmesa_context(), "OSMesa was asked for by name");
   if (backend == "egl") return with_reason(make_egl_context(), "EGL was asked for by name");
-  if (backend != "auto") {
-    throw InputError("the backend '{}' has no OpenGL; choose auto, osmesa or egl", backend);
-  }
+  if (backend != "auto") throw InputError("the backend '{}' has no OpenGL; choose auto, osmesa or egl", backend);
   std::string without_osmesa;
   try {
     return with_reason(make_osmesa_context(),

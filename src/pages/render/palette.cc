@@ -76,9 +76,7 @@ const std::vector<Rgb>& Palette::colours(const std::string& name) const {
 
 Rgb Palette::colour(const std::string& name) const {
   const auto& all = colours(name);
-  if (all.size() != 1) {
-    throw InputError("'{}' in {} has {} colours where one is needed", name, source_, all.size());
-  }
+  if (all.size() != 1) throw InputError("'{}' in {} has {} colours where one is needed", name, source_, all.size());
   return all.front();
 }
 

@@ -157,9 +157,7 @@ PngWriter::PngWriter(const std::filesystem::path& path, const Form& form, const 
     throw InputError("an image of {} x {} pixels cannot be written to {}: it is empty", form.width, form.height,
                      path.string());
   }
-  if (!(form.dpi > 0) || !std::isfinite(form.dpi)) {
-    throw InputError("{} dpi is no resolution for an image", form.dpi);
-  }
+  if (!(form.dpi > 0) || !std::isfinite(form.dpi)) throw InputError("{} dpi is no resolution for an image", form.dpi);
   ImageMetadata texts_owned = metadata;  // libpng asks for pointers it could write through
   std::vector<png_text> texts;
   for (auto& [keyword, text] : texts_owned) {

@@ -149,9 +149,9 @@ SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spe
   }
   const double opening = lap();
   ImageMetadata all = metadata;
-  all.emplace_back("Description", fmt::format("pile of {} columns x {} layers, mu {}, law {}, seed {}, sample {}",
-                                              pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), pile.law,
-                                              pile.seed, pile.sample));
+  all.emplace_back("Description", fmt::format("pile of {} columns x {}, mu {}, law {}, seed {}, sample {}",
+                                              pile.lattice.columns(), how_many(pile.lattice.layers(), "layer"),
+                                              exact(pile.mu), pile.law, pile.seed, pile.sample));
   SceneStatistics statistics = draw_layers(layers, other, spec, files.image, all);
   statistics.seconds.read += opening;
   return statistics;

@@ -66,9 +66,7 @@ class SampleBand {
     Samples seen, mask;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled next
     std::memcpy(seen.data(), out, at_once);
     std::memcpy(mask.data(), these.data() + at_once - count, at_once);
-    for (std::size_t k = 0; k < at_once; ++k) {
-      seen[k] = std::max(seen[k], static_cast<std::uint8_t>(mask[k] & level));
-    }
+    for (std::size_t k = 0; k < at_once; ++k) seen[k] = std::max(seen[k], static_cast<std::uint8_t>(mask[k] & level));
     std::memcpy(out, seen.data(), at_once);
   }
 

@@ -170,12 +170,14 @@ class NumberList {
 /// A name between \csname and \endcsname, where TeX would carry out a command: what is more than a letter to it becomes
 /// a dash.
 std::string tex_name(std::string_view name) {
-  std::string plain;
-  for (const char c : name) {
-    const bool acts =
-        static_cast<unsigned char>(c) <= ' ' || std::string_view("\\{}%#$&~^\x7f").find(c) != std::string_view::npos;
-    plain += acts ? '-' : c;
-  }
+  std::string plain(name);
+  std::ranges::replace_if(
+      plain,
+      [](char c) {
+        return static_cast<unsigned char>(c) <= ' ' ||
+               std::string_view("\\{}%#$&~^\x7f").find(c) != std::string_view::npos;
+      },
+      '-');
   return plain;
 }
 
@@ -241,8 +243,7 @@ std::vector<NamedNumber> chosen(const std::vector<NamedNumber>& all, const Numbe
     std::vector<NamedNumber> found = some_of([&](const NamedNumber& one) { return listed(one) && has(one); });
     if (found.empty()) found = some_of(has);
     if (found.empty()) {
-      throw InputError(
-          fmt::format("no number has the name {}; `granuscope numbers OUT --all --format csv` lists all names", part));
+      throw InputError("no number has the name {}; `granuscope numbers OUT --all --format csv` lists all names", part);
     }
     for (const NamedNumber& one : found) names.insert(one.name);
   }
@@ -296,20 +297,7 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
 }
 
 std::string escape_markdown(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '\n' || c == '\t') {
-      escaped += ' ';
-    } else if (c == '&') {
-      escaped += "&amp;";
-    } else if (c == '<') {
-      escaped += "&lt;";
-    } else {
-      if (std::string_view("\\`*_{}[]#|~>").find(c) != std::string_view::npos) escaped += '\\';
-      escaped += c;
-    }
-  }
-  return escaped;
+  return replaced(backslashed(text, "\\`*_{}[]#|~>"), {{'\n', " "}, {'\t', " "}, {'&', "&amp;"}, {'<', "&lt;"}});
 }
 
 namespace {

@@ -246,8 +246,8 @@ std::string embedded(const Figure& figure, const std::filesystem::path& image, c
   if (extension == ".png") return data_uri("image/png", bytes);
   if (extension == ".svg" && medium == PageMedium::print) return data_uri("image/svg+xml", svg_for_weasyprint(bytes));
   if (extension == ".svg") return text_uri("image/svg+xml", on_one_line(bytes));
-  throw InputError(fmt::format("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; make it again",
-                               figure.id, image.string()));
+  throw InputError("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; make it again", figure.id,
+                   image.string());
 }
 
 constexpr std::size_t most_embedded = 100'000;  ///< bytes of data files of one figure

@@ -90,23 +90,18 @@ const std::string* text_of(const Json* overlay) {
 }  // namespace
 
 std::string escape_tex(std::string_view text) {
-  constexpr std::array<std::pair<char, const char*>, 12> acting{{{'\\', "\\textbackslash{}"},
-                                                                 {'^', "\\textasciicircum{}"},
-                                                                 {'~', "\\textasciitilde{}"},
-                                                                 {'{', "\\{"},
-                                                                 {'}', "\\}"},
-                                                                 {'$', "\\$"},
-                                                                 {'&', "\\&"},
-                                                                 {'#', "\\#"},
-                                                                 {'%', "\\%"},
-                                                                 {'_', "\\_"},
-                                                                 {'<', "\\ensuremath{<}"},
-                                                                 {'>', "\\ensuremath{>}"}}};
-  std::string escaped;
-  for (const char c : single_line(text, text.size())) {
-    const auto* found = std::ranges::find(acting, c, &std::pair<char, const char*>::first);
-    escaped += found == acting.end() ? std::string(1, c) : found->second;
-  }
+  std::string escaped = replaced(single_line(text, text.size()), {{'\\', "\\textbackslash{}"},
+                                                                  {'^', "\\textasciicircum{}"},
+                                                                  {'~', "\\textasciitilde{}"},
+                                                                  {'{', "\\{"},
+                                                                  {'}', "\\}"},
+                                                                  {'$', "\\$"},
+                                                                  {'&', "\\&"},
+                                                                  {'#', "\\#"},
+                                                                  {'%', "\\%"},
+                                                                  {'_', "\\_"},
+                                                                  {'<', "\\ensuremath{<}"},
+                                                                  {'>', "\\ensuremath{>}"}});
   std::string known;
   for (const char c : signs_in_tex(std::move(escaped))) {
     const auto byte = static_cast<unsigned char>(c);

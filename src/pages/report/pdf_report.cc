@@ -107,13 +107,7 @@ std::string data_uri(const std::string& media_type, std::string_view bytes) {
 }
 
 std::string text_uri(const std::string& media_type, std::string_view text) {
-  std::string uri = "data:" + media_type + ",";
-  for (const char c : text) {
-    const bool plain =
-        static_cast<unsigned char>(c) > ' ' && std::string_view("\"#%&:<\x7f").find(c) == std::string_view::npos;
-    uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return uri;
+  return "data:" + media_type + "," + percent_encoded(text, "\"#%&:<");
 }
 
 namespace {

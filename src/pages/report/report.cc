@@ -86,9 +86,7 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
     files.pdf = run_folder / "report.pdf";
     write(*files.pdf, outcome.bytes);
   }
-  for (const char* name : report_names) {
-    remove_if_there(set_aside(run_folder, name));
-  }
+  for (const char* name : report_names) remove_if_there(set_aside(run_folder, name));
   if (pdf == PdfPolicy::required && !files.pdf) throw EnvironmentError(files.pdf_skipped);
   return files;
 }

@@ -74,9 +74,7 @@ Json exponent_row(const Json& summary, const char* name, const char* claim_id, J
     row["look"] = look_of(claims[i].at("verdict"));
   }
   add_reason(notes, summary, pointer, greek(name), "");
-  if (fit.at("value").is_number()) {
-    add_reason(notes, summary, pointer + "/about_law", "χ² of " + greek(name), "");
-  }
+  if (fit.at("value").is_number()) add_reason(notes, summary, pointer + "/about_law", "χ² of " + greek(name), "");
   return row;
 }
 

@@ -119,9 +119,7 @@ void measure_peaks(double mu, bool all, const AccuracyOptions& options, std::ost
   if (all) add({.estimator = EstimatorName::paired}, 256);
   const std::size_t first_compared = cases.size();
   add({.overloads = 0, .coupled = true}, 256);
-  for (const ResponseSpec& response : all ? multiplexings() : best_multiplexings()) {
-    add(response, 256);
-  }
+  for (const ResponseSpec& response : all ? multiplexings() : best_multiplexings()) add(response, 256);
   const LatticeSpec loaded_piles = std::exchange(spec.lattice, unloaded_piles);
   add(unloaded_response, 64);
   spec.lattice = loaded_piles;

@@ -368,8 +368,8 @@ SamplerBench run_sampler_suite(const SamplerBenchOptions& options, const std::fu
   if (options.memory) {  // first, while there is one thread
     say("memory of an ensemble");
     bench.memory = measure_ensemble_memory(memory_threads);
-    bench.ratios.push_back({fmt::format("{} samples of 500x200 with {} threads, peak memory in MB",
-                                        bench.memory.samples, bench.memory.threads),
+    bench.ratios.push_back({fmt::format("{} samples of 500x200 with {}, peak memory in MB", bench.memory.samples,
+                                        how_many(bench.memory.threads, "thread")),
                             bench.memory.peak_bytes / 1e6, most_memory});
   }
   for (const LatticeSpec& lattice : options.lattices) {
@@ -416,9 +416,7 @@ std::string sampler_bench_json(const SamplerBench& bench) {
   std::vector<std::string> where;
   for (const PhaseCase& c : bench.phase_cases) {
     std::string parts;
-    for (std::size_t p = 0; p < phases; ++p) {
-      parts += fmt::format(R"(, "{}": {})", phase_names[p], c.ns_per_bead[p]);
-    }
+    for (std::size_t p = 0; p < phases; ++p) parts += fmt::format(R"(, "{}": {})", phase_names[p], c.ns_per_bead[p]);
     where.push_back(fmt::format(
         R"(    {{"mu": {}, "columns": {}, "layers": {}{}, "pairs_per_bead": {}, "backtracks_per_bead": {}}})", c.mu,
         c.lattice.columns, c.lattice.layers, parts, c.pairs_per_bead, c.backtracks_per_bead));

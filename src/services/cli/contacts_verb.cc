@@ -84,16 +84,17 @@ ImageMetadata metadata_of(const ContactsOptions& options) {
 
 void draw(const Packing& packing, const ContactsOptions& options, VerbContext& context) {
   ImageMetadata metadata = metadata_of(options);
-  metadata.emplace_back("Description", fmt::format("{} contacts", packing.contacts.size()));
+  metadata.emplace_back("Description", how_many(packing.contacts.size(), "contact"));
   const Scene scene = build_packing_scene(packing, options.mu, options.scene);
   render_scene(scene, options.scene, options.image.path, metadata);
   const auto pulling = std::ranges::count_if(packing.contacts, [](const auto& one) { return one.placed && one.N < 0; });
   const auto lost = std::ranges::count(packing.contacts, false, &PackingContact::placed);
-  context.wrote(options.image.path,
-                fmt::format(": {} contacts drawn, {} outside, {} too faint to be seen{}{}", scene.counts.drawn,
-                            scene.counts.outside - static_cast<std::size_t>(lost), scene.counts.too_faint,
-                            lost > 0 ? fmt::format("; {} have no place and are not drawn", lost) : "",
-                            pulling > 0 ? fmt::format("; {} pull (N < 0) and count as 0", pulling) : ""));
+  context.wrote(
+      options.image.path,
+      fmt::format(": {} drawn, {} outside, {} too faint to be seen{}{}", how_many(scene.counts.drawn, "contact"),
+                  scene.counts.outside - static_cast<std::size_t>(lost), scene.counts.too_faint,
+                  lost > 0 ? fmt::format("; not drawn without a place: {}", lost) : "",
+                  pulling > 0 ? fmt::format("; counted as 0, since N < 0 there: {}", pulling) : ""));
 }
 
 void draw_film(const PackingSource& source, ContactsOptions options, VerbContext& context) {
@@ -101,7 +102,7 @@ void draw_film(const PackingSource& source, ContactsOptions options, VerbContext
   options.film.force = options.image.force;
   const PackingFilm film(source, options.mu, options.scene);
   write_film(
-      options.film, film.frames(), false, fmt::format("{} frames", film.frames()),
+      options.film, film.frames(), false, how_many(film.frames(), "frame"),
       [&](std::size_t frame) {
         render_scene(film.scene(frame), film.spec(), std::filesystem::path(options.film.folder) / Film::name_of(frame),
                      metadata_of(options));

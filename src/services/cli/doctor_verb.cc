@@ -99,8 +99,8 @@ ExitCode examine(const std::string& out_folder, bool json, VerbContext& context)
   std::vector<Finding> findings{
       {"program", provenance_line(provenance)},
       {"system", provenance.operating_system},
-      {"machine", fmt::format("{}, {} threads, {:.1f} GB of memory", provenance.host_cpu, provenance.hardware_threads,
-                              usable_memory() / 1e9)},
+      {"machine", fmt::format("{}, {}, {:.1f} GB of memory", provenance.host_cpu,
+                              how_many(provenance.hardware_threads, "thread"), usable_memory() / 1e9)},
       {"processors", find_processors().reason},
       look_for_opengl(),
       look_for_fonts(),

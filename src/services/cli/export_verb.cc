@@ -70,9 +70,9 @@ std::string export_pile_file(const ExportOptions& options, const std::string& fo
                          ? "contacts with the floor among the others"
                          : "beads and contacts");
   }
-  what.origin = fmt::format("{}: {} columns x {} layers, mu {}, law {}, seed {}, sample {}", origin_of(options.source),
-                            pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), single_line(pile.law),
-                            pile.seed, pile.sample);
+  what.origin = fmt::format("{}: {} columns x {}, mu {}, law {}, seed {}, sample {}", origin_of(options.source),
+                            pile.lattice.columns(), how_many(pile.lattice.layers(), "layer"), exact(pile.mu),
+                            single_line(pile.law), pile.seed, pile.sample);
   export_pile(*layers, what, options.file.path, accept);
   return lost_in(layers->about(), what);
 }

@@ -164,14 +164,7 @@ void add_explain_verb(CLI::App& app, VerbContext& context) {
 namespace {
 
 /// Text as one cell of a Markdown table; a bar would end the cell, even inside code.
-std::string cell(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '|') result += '\\';
-    result += c == '\n' ? ' ' : c;
-  }
-  return result;
-}
+std::string cell(const std::string& text) { return replaced(text, {{'|', "\\|"}, {'\n', " "}}); }
 
 std::string flag_row(const CLI::Option& option) {
   const std::string type = option.get_expected_max() == 0 ? "" : option.get_type_name();
@@ -226,17 +219,9 @@ std::vector<const CLI::App*> listed_verbs(const CLI::App& app) {
 
 /// Text as roff: a hyphen there is no minus, and a line must not begin as a command does.
 std::string roff(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    const bool line_starts = result.empty() || result.back() == '\n';
-    if (line_starts && (c == '.' || c == '\'')) result += "\\&";
-    if (c == '-') {
-      result += "\\-";
-    } else if (c == '\\') {
-      result += "\\e";
-    } else {
-      result += c;
-    }
+  std::string result = replaced(text, {{'-', "\\-"}, {'\\', "\\e"}});
+  for (std::size_t at = 0; at < result.size(); at = std::min(result.find('\n', at), result.size() - 1) + 1) {
+    if (result[at] == '.' || result[at] == '\'') result.insert(at, "\\&");
   }
   return result;
 }
@@ -306,18 +291,11 @@ std::string program_page(const CLI::App& app) {
 }
 
 /// The cells of a row of a Markdown table, without the code marks.
-std::vector<std::string> cells_of(const std::string& row) {
-  std::vector<std::string> cells;
-  std::string cell;
-  for (std::size_t i = 1; i < row.size(); ++i) {
-    if (row[i] == '\\' && i + 1 < row.size() && row[i + 1] == '|') {
-      cell += row[++i];
-    } else if (row[i] == '|') {
-      cells.emplace_back(trimmed(cell));
-      cell.clear();
-    } else if (row[i] != '`') {
-      cell += row[i];
-    }
+std::vector<std::string> cells_of(std::string_view row) {
+  std::vector<std::string> cells = parts_between(row.substr(2, row.size() - 4), " | ");
+  for (std::string& cell : cells) {
+    std::erase(cell, '`');
+    cell = CLI::detail::find_and_replace(cell, "\\|", "|");
   }
   return cells;
 }
@@ -332,8 +310,8 @@ std::string experiment_page() {
       "\\fB\\-\\-print\\-config\\fR one with every default resolved.\n.SH KEYS\n";
   std::istringstream rows(describe_experiment_keys());
   for (std::string row; std::getline(rows, row);) {
+    if (!row.starts_with("| `")) continue;  // no key, but a heading or the head of a table
     const std::vector<std::string> cells = cells_of(row);
-    if (!row.starts_with("| `") || cells.size() != 5) continue;  // no key, but a heading or the head of a table
     std::vector<std::string> facts{"default " + cells[1]};
     if (!cells[2].empty()) facts.push_back(cells[2]);
     if (!cells[3].empty()) facts.push_back(cells[3]);
@@ -377,11 +355,7 @@ std::string bash_completion(const CLI::App& app) {
 }
 
 /// In single quotes of a shell.
-std::string in_quotes(std::string_view text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
-}
+std::string in_quotes(std::string_view text) { return "'" + replaced(text, {{'\'', "'\\''"}}) + "'"; }
 
 std::string fish_completion(const CLI::App& app) {
   std::string text = "# fish completion for granuscope\n";
@@ -400,18 +374,7 @@ std::string fish_completion(const CLI::App& app) {
 }
 
 /// Text inside [...] of an argument of _arguments, and inside single quotes.
-std::string zsh_text(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '\'') {
-      result += "'\\''";
-    } else {
-      if (c == '[' || c == ']' || c == ':') result += '\\';
-      result += c;
-    }
-  }
-  return result;
-}
+std::string zsh_text(std::string_view text) { return replaced(backslashed(text, "[]:"), {{'\'', "'\\''"}}); }
 
 std::string zsh_completion(const CLI::App& app) {
   std::string text = "#compdef granuscope\nif (( CURRENT == 2 )); then\n  _values verb";

@@ -124,9 +124,9 @@ void require_no_other_frames(const std::filesystem::path& folder, std::size_t fr
       continue;
     }
     throw InputError(
-        "{}: this is a frame of another film, which would be mixed with the {} frames of this one; take it away or "
+        "{}: this is a frame of another film, which would be mixed with the {} of this one; take it away or "
         "choose another --film",
-        entry.string(), frames);
+        entry.string(), how_many(frames, "frame"));
   }
 }
 

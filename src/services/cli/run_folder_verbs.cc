@@ -22,12 +22,13 @@ ExitCode audit_file(const std::string& file, bool json, VerbContext& context) {
   const Pile pile = read_pile(file);
   const AuditResult result = audit(pile);
   const std::string text = fmt::format(
-      "{} columns x {} layers, mu {}, law {}, seed {}, sample {}\n"
+      "{} columns x {}, mu {}, law {}, seed {}, sample {}\n"
       "largest balance residual  {:.3g}  (layer {})\n"
       "largest cone violation    {:.3g}  (layer {})\n"
       "both relative to the largest contact force of the same layer; allowed: {:g}\n",
-      pile.lattice.columns(), pile.lattice.layers(), pile.mu, single_line(pile.law), pile.seed, pile.sample,
-      result.max_balance_residual, result.balance_layer, result.max_cone_violation, result.cone_layer, audit_tolerance);
+      pile.lattice.columns(), how_many(pile.lattice.layers(), "layer"), pile.mu, single_line(pile.law), pile.seed,
+      pile.sample, result.max_balance_residual, result.balance_layer, result.max_cone_violation, result.cone_layer,
+      audit_tolerance);
   context.out << (json ? audit_json(pile, result, audit_tolerance) : text);
   if (result.max_balance_residual <= audit_tolerance && result.max_cone_violation <= audit_tolerance) {
     return ExitCode::done;

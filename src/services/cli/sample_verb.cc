@@ -49,9 +49,9 @@ void store_sample(const SampleOptions& options, VerbContext& context) {
   };
   if (const auto failure = draw()) {
     throw InputError(
-        fmt::format("sample {} could not be completed within the effort (it got stuck in layer {}), so that "
-                    "there is nothing to store; raise --effort or --max-tries, or take another --sample",
-                    options.sample, failure->layer));
+        "sample {} could not be completed within the effort (it got stuck in layer {}), so that "
+        "there is nothing to store; raise --effort or --max-tries, or take another --sample",
+        options.sample, failure->layer);
   }
   write_pile(options.file.path, pile);
   context.wrote(options.file.path);
@@ -65,10 +65,10 @@ void set_load(const SampleOptions& options, EnsembleSpec& spec) {
     spec.response.estimator = estimator_named(options.load);
     spec.load = Load::point;
     if (options.statistics) {
-      throw InputError(fmt::format(
+      throw InputError(
           "--load {} draws the one pile that an ensemble of this estimator would, but --statistics measures "
           "piles of one load; use granuscope run, or --load uniform or point",
-          options.load));
+          options.load);
     }
   } else {
     spec.load = load_named(options.load);
@@ -208,7 +208,7 @@ AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSamp
       worst.cone_layer = one.cone_layer;
     }
   }
-  messages << fmt::format("audited {} of {} piles\n", audited, spec.response.samples - failed.size());
+  messages << fmt::format("audited {} of {}\n", audited, how_many(spec.response.samples - failed.size(), "pile"));
   // Nothing looked at is not the same as nothing found.
   if (audited == 0) worst.max_balance_residual = worst.max_cone_violation = std::numeric_limits<double>::quiet_NaN();
   return worst;
@@ -264,9 +264,7 @@ SampleStatistics measure_samples(const SampleOptions& options, VerbContext& cont
   for (std::size_t n = 0; n < record.sums.layers.size(); ++n) {
     statistics.per_layer.push_back({record.sums.layers[n], layer_estimate(record.sums, "thrust", n),
                                     layer_estimate(record.sums, "weight_variance", n)});
-    if (spec.record_forces) {
-      statistics.per_layer.back().forces = forces_of_layer(record.sums, spec.lattice.columns, n);
-    }
+    if (spec.record_forces) statistics.per_layer.back().forces = forces_of_layer(record.sums, spec.lattice.columns, n);
   }
   if (!options.distributions.empty() && statistics.samples == 0) {
     messages << "no pile was completed, so that there is nothing to count and no " << options.distributions << "\n";
@@ -282,9 +280,9 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   EnsembleSpec& spec = options.spec;
   if (!options.distributions.empty()) spec.record_forces = true;
   if (!spec.sampler.model.has_contacts()) {
-    throw InputError(fmt::format(
+    throw InputError(
         "piles of the model {} have no contacts that could be stored; measure them by granuscope run, or give {} or {}",
-        name_of(spec.sampler.model.name), name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads)));
+        name_of(spec.sampler.model.name), name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads));
   }
   const DilutedBeadsSpec &diluted = spec.sampler.model.diluted_beads, usual;
   if (spec.sampler.model.is_beads() && (diluted.share != usual.share || diluted.least_slack != usual.least_slack)) {

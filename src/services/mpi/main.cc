@@ -371,7 +371,7 @@ void MpiCrew::work(const std::string& received, ProgressStyle style,
   const auto blocks = static_cast<std::int64_t>(task.atoms.size());
   std::optional<Progress> progress;
   if (ranks_.rank() == 0) {
-    progress.emplace(fmt::format("drawing on {} ranks, blocks", ranks_.size()), task.atoms.size(), style);
+    progress.emplace(fmt::format("drawing on {}, blocks", how_many(ranks_.size(), "rank")), task.atoms.size(), style);
   }
   std::int64_t told = 0, shown = 0;
   const auto tell = [&](std::int64_t finished) {

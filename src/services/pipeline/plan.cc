@@ -152,11 +152,11 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) add(plan_ensemble(one, options.folder));
   }
   if (needed.contains(Stage::analyse)) {
-    steps.push_back({Stage::analyse,
-                     fmt::format("fits of {} main ensemble{}, layers {} to {}", experiment.scan_values().size(),
-                                 experiment.scan_values().size() == 1 ? "" : "s", experiment.fit.first_layer,
-                                 experiment.fit.last_layer),
-                     false, 0});
+    steps.push_back(
+        {Stage::analyse,
+         fmt::format("fits of {}, layers {} to {}", how_many(experiment.scan_values().size(), "main ensemble"),
+                     experiment.fit.first_layer, experiment.fit.last_layer),
+         false, 0});
     steps.back().parallel_seconds = fits;
     for (const auto& study : experiment.studies) steps.back().serial_seconds += study->seconds();
   }

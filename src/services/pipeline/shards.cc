@@ -405,8 +405,9 @@ void require_complete(const std::vector<PlannedEnsemble>& ensembles, const std::
     words.push_back(fmt::format("of {}: {}", ensembles[i].label, ranges_of(blocks)));
   }
   if (missing.empty()) return;
-  throw InputError("{} blocks are missing, so that nothing was merged ({}); draw them by: {}", missing.size(),
-                   fmt::join(words, "; "), fmt::join(commands_for(ensembles, missing, folders), "; "));
+  throw InputError("{}, so that nothing was merged ({}); to be drawn by: {}",
+                   how_many(missing.size(), "block is missing", "blocks are missing"), fmt::join(words, "; "),
+                   fmt::join(commands_for(ensembles, missing, folders), "; "));
 }
 
 Experiment experiment_of(const std::vector<fs::path>& folders) {
@@ -465,9 +466,7 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
   }
   for (std::size_t i = 0; i < ensembles.size(); ++i) {
     if (found[i].whole == nullptr) continue;
-    for (const auto& [block, source] : found[i].single) {
-      require_same(ensembles[i], *found[i].whole, *source, block);
-    }
+    for (const auto& [block, source] : found[i].single) require_same(ensembles[i], *found[i].whole, *source, block);
   }
   require_complete(ensembles, found, folders);
 
