@@ -179,7 +179,7 @@ std::vector<std::string> parts_between(std::string_view text, std::string_view s
   return parts;
 }
 
-std::string how_many(std::uint64_t number, const std::string& one, const std::string& many) {
+std::string how_many(std::int64_t number, const std::string& one, const std::string& many) {
   return fmt::format("{} {}", number, number == 1 ? one : many.empty() ? one + "s" : many);
 }
 

@@ -42,7 +42,7 @@ std::string pdf_string(std::string_view text);
 std::string single_line(std::string_view text, std::size_t most = 400);
 
 /// "1 pile" or "2 piles"; `many` where an s behind `one` is not it: of "is missing", say.
-std::string how_many(std::uint64_t number, const std::string& one, const std::string& many = "");
+std::string how_many(std::int64_t number, const std::string& one, const std::string& many = "");
 
 /// Whether a comma stands between two digits, as in 0,25.
 bool has_decimal_comma(std::string_view text);

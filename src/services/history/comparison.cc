@@ -26,10 +26,9 @@
 namespace granuscope {
 namespace {
 Json parsed(const fs::path& file) {
-  const std::string text = read_file(file);
   try {
-    return Json::parse(shallow_json(text));
-  } catch (const std::exception&) {
+    return Json::parse(shallow_json(read_file(file)));
+  } catch (const Json::exception&) {
     throw InputError(
         "{}: this is no JSON, so that nothing can be compared; name the folder of a run or its summary.json{}",
         file.string(), file.filename() == "summary.json" ? ", and make that run again" : "");
