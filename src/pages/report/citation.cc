@@ -45,12 +45,14 @@ Author author_from(const YAML::Node& told) {
     if (author.is_person && !part.empty()) author.name += (author.name.empty() ? "" : " ") + part;
   }
   // Persons need none of their names.
-  for (const char* instead : {"alias", "orcid", "email", "website", "affiliation"}) {
-    if (author.name.empty()) author.name = text_of(told, instead);
-  }
   const std::string orcid = text_of(told, "orcid");
-  if (std::smatch id; std::regex_search(orcid, id, std::regex("([0-9]{4}-){3}[0-9]{3}[0-9X]")))
+  std::smatch id;
+  if (std::regex_search(orcid, id, std::regex("([0-9]{4}-){3}[0-9]{3}[0-9X]")))
     author.orcid = "https://orcid.org/" + id.str();
+  for (const std::string& instead : {text_of(told, "alias"), author.orcid, text_of(told, "email"),
+                                     text_of(told, "website"), text_of(told, "affiliation")}) {
+    if (author.name.empty()) author.name = instead;
+  }
   author.affiliation = text_of(told, "affiliation");
   return author;
 }
