@@ -148,7 +148,7 @@ std::optional<KeyValue> meant_by(const toml::node& node, const KeyValue& like) {
   for (const std::string& form : {"v = " + text, "v = [" + text + "]", "v = " + inside}) {
     try {
       const toml::table read = toml::parse(form);
-      if (const auto value = to_value(*read.get("v"), like)) return value;
+      if (auto value = to_value(*read.get("v"), like)) return value;
     } catch (const toml::parse_error&) {  // NOLINT(bugprone-empty-catch): it is another text
     }
   }
