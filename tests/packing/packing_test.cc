@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kit/temporary_folder.h"
+#include "packing/number_table.h"
 #include "packing/packing_file.h"
 #include "packing/packing_scene.h"
 #include "packing/packing_statistics.h"
@@ -443,6 +444,40 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
   for (int k = 0; k < 100; ++k) many += "1,77,1,0\n";
   CHECK_THROWS_WITH(packing_of(folder, many, three_discs), Contains("95 more lines"));
   CHECK_THROWS_WITH(packing_of(folder, "frame,id1,id2,N\n1,1,2,1\n", three_discs, {}, 4), Contains("no frame 4"));
+}
+
+TEST_CASE("A long step of a dump, which several threads read, is what a table of the same lines is") {
+  const test::TemporaryFolder folder;
+  const int lines = 150'000;
+  std::string rows;
+  for (int k = 0; k < lines; ++k)
+    rows += std::to_string(k + 1) + " " + std::to_string(k + 2) + " " + std::to_string(1 + 0.001 * k) + "\n";
+  const std::string head = "ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n150000\nITEM: ENTRIES id1 id2 N\n";
+  const auto read = [&](const std::string& text) {
+    write_file(folder / "dump", text);
+    return NumberFile(folder / "dump", {}, TableOf::contacts).read({});
+  };
+  const auto table = read("id1 id2 N\n" + rows), dump = read(head + rows);
+  CHECK(table->rows() == static_cast<std::size_t>(lines));
+  CHECK(dump->numbers == table->numbers);
+  CHECK(dump->lines.front() == 6);
+  CHECK(dump->lines.back() == static_cast<std::size_t>(lines) + 5);
+  // What is wrong is told in the order of the file, whichever thread has seen it; then how much more there is.
+  std::string wrong = rows;
+  for (const int line : {140'000, 90'000, 20'000, 10'000, 4000, 2})
+    wrong.insert(wrong.find("\n" + std::to_string(line) + " ") + 1, "7 7 7 ");
+  try {
+    read(head + wrong);
+    FAIL("it was read");
+  } catch (const InputError& error) {
+    std::size_t from = 0;
+    for (const char* told :
+         {"line 7: 6 cells instead of 3", "line 4005", "line 10005", "line 20005", "line 90005", "1 more line"}) {
+      INFO(error.what());
+      from = std::string(error.what()).find(told, from);
+      CHECK(from != std::string::npos);
+    }
+  }
 }
 
 TEST_CASE("A scene of a packing hands over each bar once, and all that reach into a region") {

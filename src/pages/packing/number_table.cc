@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
+#include <span>
 
 #include "packing/vtk_table.h"
 #include "support/error.h"
@@ -145,15 +147,11 @@ class Reader {
         std::vector<std::string> names = names_in(line.substr(6), ' ');
         if (!names.empty()) names.erase(names.begin());  // ENTRIES, BONDS, ATOMS
         set_columns(names, lines.number(), table);
-        for (std::size_t row = 0; row < rows; ++row) {
-          if (!lines.next(line) || line.starts_with("ITEM:")) {
-            problems_.add(lines.number(), fmt::format("the step is to have {}, and has {}: the file is cut off",
-                                                      how_many(rows, "line"), row));
-            break;
-          }
-          add_row(line, ' ', lines.number(), table);
-        }
-        if (rows == table.lines.size() && lines.next(line) && !trimmed(line).empty() && !line.starts_with("ITEM:")) {
+        const std::size_t found = add_rows(lines, rows, table);
+        if (found < rows) {
+          problems_.add(lines.number(), fmt::format("the step is to have {}, and has {}: the file is cut off",
+                                                    how_many(rows, "line"), found));
+        } else if (lines.next(line) && !trimmed(line).empty() && !line.starts_with("ITEM:")) {
           problems_.add(lines.number(), fmt::format("the step is to have {}, and goes on", how_many(rows, "line")));
         }
         break;
@@ -201,7 +199,12 @@ class Reader {
         table.lines.reserve(rows);
         if (!numbers) continue;
       }
-      add_row(line, separator, lines.number(), table);
+      const std::size_t before = table.numbers.size(), width = table.columns.size();
+      table.numbers.resize(before + width);
+      if (read_row(line, separator, lines.number(), {table.numbers.data() + before, width}, problems_))
+        table.lines.push_back(lines.number());
+      else
+        table.numbers.resize(before);
     }
     return finished(std::move(table));
   }
@@ -244,24 +247,56 @@ class Reader {
     table.columns = given;
   }
 
-  void add_row(std::string_view line, char separator, std::size_t number, NumberTable& table) {
+  /// The rows that follow, `rows` of them if the step has so many, each put in its place by one of several threads.
+  /// Returns how many there are.
+  std::size_t add_rows(Lines& lines, std::size_t rows, NumberTable& table) {
+    const std::size_t worth_threads = 100'000, width = table.columns.size();
+    const std::size_t each = rows < worth_threads ? rows : rows / static_cast<std::size_t>(worker_count(0)) + 1;
+    std::vector<std::pair<Lines, std::size_t>> pieces;  // where each begins, and its first row
+    std::size_t found = 0;
+    std::string_view line;
+    for (Lines next = lines; found < rows && next.next(line) && !line.starts_with("ITEM:"); ++found) {
+      if (found % each == 0) pieces.emplace_back(lines, found);
+      lines = next;
+    }
+    table.numbers.resize(found * width);
+    table.lines.resize(found);
+    std::vector<std::future<LineProblems>> read;
+    for (std::size_t p = 0; p < pieces.size(); ++p) {
+      read.push_back(std::async([&, p, end = p + 1 < pieces.size() ? pieces[p + 1].second : found] {
+        LineProblems problems(file_);
+        auto [own, row] = pieces[p];
+        for (std::string_view text; row < end && own.next(text); ++row) {
+          read_row(text, ' ', own.number(), {table.numbers.data() + row * width, width}, problems);
+          table.lines[row] = own.number();
+        }
+        return problems;
+      }));
+    }
+    for (std::future<LineProblems>& one : read) problems_.add(one.get());
+    return found;
+  }
+
+  /// Whether the line is a row of the table: otherwise it is added to the problems.
+  static bool read_row(std::string_view line, char separator, std::size_t number, std::span<double> row,
+                       LineProblems& problems) {
     if (number % 65536 == 0) throw_if_interrupted();
-    const std::size_t before = table.numbers.size(), width = table.columns.size();
-    for_each_cell(line, separator, [&](std::string_view cell) { table.numbers.push_back(number_in(cell, separator)); });
+    std::size_t cells = 0;
+    for_each_cell(line, separator, [&](std::string_view cell) {
+      if (cells++ < row.size()) row[cells - 1] = number_in(cell, separator);
+    });
     const bool minus = line.find("\u2212") != std::string_view::npos;
     const bool with_points = separator == ' ' || line.find('.') != std::string_view::npos;
     if (minus || (separator != ',' && with_points && line.find(',') != std::string_view::npos)) {
-      problems_.add(number, minus ? "the sign U+2212 in a number: write - for minus"
-                                  : "a comma in a number: write a point for its decimals");
-      table.numbers.resize(before);
-      return;
+      problems.add(number, minus ? "the sign U+2212 in a number: write - for minus"
+                                 : "a comma in a number: write a point for its decimals");
+      return false;
     }
-    if (const std::size_t cells = table.numbers.size() - before; cells != width) {
-      problems_.add(number, fmt::format("{} instead of {}", how_many(cells, "cell"), width));
-      table.numbers.resize(before);
-      return;
+    if (cells != row.size()) {
+      problems.add(number, fmt::format("{} instead of {}", how_many(cells, "cell"), row.size()));
+      return false;
     }
-    table.lines.push_back(number);
+    return true;
   }
 
   NumberTable finished(NumberTable table, bool even_empty = false) const {
@@ -282,6 +317,13 @@ class Reader {
 
 void LineProblems::add(std::size_t line, std::string_view what) {
   if (++count_ <= told_problems) told_.push_back(fmt::format("{}, {} {}: {}", file_.string(), row_name_, line, what));
+}
+
+void LineProblems::add(const LineProblems& later) {
+  for (const std::string& one : later.told_) {
+    if (told_.size() < told_problems) told_.push_back(one);
+  }
+  count_ += later.count_;
 }
 
 void LineProblems::raise() const {

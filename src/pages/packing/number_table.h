@@ -69,6 +69,7 @@ class LineProblems {
   explicit LineProblems(std::filesystem::path file, std::string row_name = "line")
       : file_(std::move(file)), row_name_(std::move(row_name)) {}
   void add(std::size_t line, std::string_view what);
+  void add(const LineProblems& later);
   /// Throws InputError if there are any.
   void raise() const;
 

@@ -275,6 +275,7 @@ class PackingReader {
     packing_.tangential = tangential && (first_file || packing_.tangential);
     LineProblems problems(file, table.row_name);
     std::unordered_map<std::uint64_t, std::size_t> seen;
+    seen.reserve(table.rows());
     std::unordered_set<std::size_t> twins;
     std::vector<double> apart;
     std::vector<std::size_t> lines(packing_.contacts.size());

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <future>
 #include <limits>
 #include <optional>
 
@@ -162,13 +163,14 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
       {{{options.histogram, force}, histogram ? histogram_of(packing, options) : ""},
        {{options.on_particles, force}, sums ? particles_table(packing) : ""}}};
   for (const auto& [file, text] : tables) file.require_free(inputs, text);  // before anything is written
+  auto numbers = std::async([&] { return packing_numbers(packing, options.mu); });
   if (options.image.asked()) draw(packing, options, context);
   for (const auto& [file, text] : tables) {
     if (!file.asked()) continue;
     file.write(text, inputs);
     context.wrote(file.path);
   }
-  context.out << numbers_text(packing_numbers(packing, options.mu), options.json);
+  context.out << numbers_text(numbers.get(), options.json);
   return ExitCode::done;
 }
 
