@@ -446,7 +446,7 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
   CHECK_THROWS_WITH(packing_of(folder, "frame,id1,id2,N\n1,1,2,1\n", three_discs, {}, 4), Contains("no frame 4"));
 }
 
-TEST_CASE("A long step of a dump, which several threads read, is what a table of the same lines is") {
+TEST_CASE("A long step of a dump, and a long table, are the same read by several threads or line by line") {
   const test::TemporaryFolder folder;
   const int lines = 150'000;
   std::string rows;
@@ -457,9 +457,14 @@ TEST_CASE("A long step of a dump, which several threads read, is what a table of
     write_file(folder / "dump", text);
     return NumberFile(folder / "dump", {}, TableOf::contacts).read({});
   };
-  const auto table = read("id1 id2 N\n" + rows), dump = read(head + rows);
-  CHECK(table->rows() == static_cast<std::size_t>(lines));
-  CHECK(dump->numbers == table->numbers);
+  // A remark in the middle of a table, or an empty line at its end, makes it be read line by line.
+  const auto dump = read(head + rows), with_remark = read("id1 id2 N\n# made by hand\n" + rows),
+             table = read("id1 id2 N\n" + rows), with_end = read("id1 id2 N\n" + rows + "\n");
+  CHECK(with_remark->rows() == static_cast<std::size_t>(lines));
+  CHECK(with_remark->at(lines - 1, 2) == Approx(150.999));
+  for (const auto& one : {dump, table, with_end}) CHECK(one->numbers == with_remark->numbers);
+  CHECK(table->lines == with_end->lines);
+  CHECK_THROWS_WITH(read("id1 id2 N\n" + rows + "ITEM: 2\n"), Contains("line 150002: 2 cells instead of 3"));
   CHECK(dump->lines.front() == 6);
   CHECK(dump->lines.back() == static_cast<std::size_t>(lines) + 5);
   // What is wrong is told in the order of the file, whichever thread has seen it; then how much more there is.

@@ -20,6 +20,7 @@ namespace granuscope {
 namespace {
 
 constexpr std::size_t told_problems = 5;
+constexpr std::size_t worth_threads = 100'000;  // rows
 constexpr double memory_of_text = 3;  // of a byte: itself, its numbers, and contacts and particles made of them
 
 /// Goes through a text line by line, without the ends of lines of any system.
@@ -147,7 +148,7 @@ class Reader {
         std::vector<std::string> names = names_in(line.substr(6), ' ');
         if (!names.empty()) names.erase(names.begin());  // ENTRIES, BONDS, ATOMS
         set_columns(names, lines.number(), table);
-        const std::size_t found = add_rows(lines, rows, table);
+        const std::size_t found = add_rows(lines, rows, ' ', table);
         if (found < rows) {
           problems_.add(lines.number(), fmt::format("the step is to have {}, and has {}: the file is cut off",
                                                     how_many(rows, "line"), found));
@@ -195,6 +196,15 @@ class Reader {
         if (names.empty()) names.resize(names_in(line, separator).size());
         set_columns(names, lines.number(), table);
         const auto rows = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
+        const std::string_view below = text.substr(text.size() - lines.left());
+        if (!numbers && rows >= worth_threads && below.find('#') == below.npos && below.find('%') == below.npos) {
+          Reader quick(file_, names_);
+          NumberTable tried = table;
+          Lines rest = lines;
+          quick.add_rows(rest, rows, separator, tried);
+          // What is wrong is found out line by line.
+          if (rest.left() == 0 && quick.problems_.none()) return finished(std::move(tried));
+        }
         table.numbers.reserve(rows * table.columns.size());
         table.lines.reserve(rows);
         if (!numbers) continue;
@@ -249,8 +259,8 @@ class Reader {
 
   /// The rows that follow, `rows` of them if the step has so many, each put in its place by one of several threads.
   /// Returns how many there are.
-  std::size_t add_rows(Lines& lines, std::size_t rows, NumberTable& table) {
-    const std::size_t worth_threads = 100'000, width = table.columns.size();
+  std::size_t add_rows(Lines& lines, std::size_t rows, char separator, NumberTable& table) {
+    const std::size_t width = table.columns.size();
     const std::size_t each = rows < worth_threads ? rows : rows / static_cast<std::size_t>(worker_count(0)) + 1;
     std::vector<std::pair<Lines, std::size_t>> pieces;  // where each begins, and its first row
     std::size_t found = 0;
@@ -267,7 +277,7 @@ class Reader {
         LineProblems problems(file_);
         auto [own, row] = pieces[p];
         for (std::string_view text; row < end && own.next(text); ++row) {
-          read_row(text, ' ', own.number(), {table.numbers.data() + row * width, width}, problems);
+          read_row(text, separator, own.number(), {table.numbers.data() + row * width, width}, problems);
           table.lines[row] = own.number();
         }
         return problems;

@@ -70,6 +70,7 @@ class LineProblems {
       : file_(std::move(file)), row_name_(std::move(row_name)) {}
   void add(std::size_t line, std::string_view what);
   void add(const LineProblems& later);
+  bool none() const { return count_ == 0; }
   /// Throws InputError if there are any.
   void raise() const;
 
