@@ -14,7 +14,7 @@ using namespace granuscope;
 namespace {
 
 EnsembleSpec moved(int columns, int overloads, bool coupled) {
-  ResponseSpec response = point_response(0.5);
+  ResponseSpec response = ResponseSpec{.overload = 0.5};
   response.overloads = overloads;
   response.coupled = coupled;
   EnsembleSpec spec = test::small_ensemble(response, columns);
@@ -183,7 +183,7 @@ TEST_CASE("moved loads: as many overloads as fit, and a refusal that says why wh
   spec.sampler.law = Law::polytope;
   CHECK(find_problem(spec)->key == "coupled");
   // What changes no number is not in the configuration, and 0 is the number that it stands for.
-  EnsembleSpec plain = test::small_ensemble(point_response(1), 24), none = plain;
+  EnsembleSpec plain = test::small_ensemble(ResponseSpec{.overload = 1}, 24), none = plain;
   none.response.overloads = 0;
   CHECK(configuration_text(none) == configuration_text(plain));
   CHECK(configuration_text(plain).find("overloads") == std::string::npos);

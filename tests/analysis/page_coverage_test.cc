@@ -79,7 +79,7 @@ TEST_CASE("coverage: the page of the estimator multiplexed where peaks are narro
 }
 
 TEST_CASE("coverage: the page of the estimator point", "[long]") {
-  measure_coverage({piles_of({120, 70}, point_response(1), 2048), window(25, 49, 4), {0.3}, 500},
+  measure_coverage({piles_of({120, 70}, ResponseSpec{.overload = 1}, 2048), window(25, 49, 4), {0.3}, 500},
                    coverage_ensembles(240))
       .check();
 }
@@ -87,7 +87,7 @@ TEST_CASE("coverage: the page of the estimator point", "[long]") {
 namespace {
 
 ResponseSpec two_coupled_overloads() {
-  ResponseSpec response = point_response(1);
+  ResponseSpec response = ResponseSpec{.overload = 1};
   response.overloads = 2;
   response.coupled = true;
   return response;
@@ -113,7 +113,7 @@ TEST_CASE("two overloads in coupled piles measure the response to a single one",
       const MeasuredEnsemble ensemble{spec, run_ensemble(spec, 0, nullptr)};
       return measure_transport(ensemble, fit, {}, 0).transport;
     };
-    const Transport one = measured(piles_of({144, 100}, point_response(1), 16'384), 41);
+    const Transport one = measured(piles_of({144, 100}, ResponseSpec{.overload = 1}, 16'384), 41);
     const Transport two = measured(piles_of({288, 100}, two_coupled_overloads(), 8'192), 42);
     const auto compare = [&](const Estimate& a, const Estimate& b) {
       const double pull = (a.value - b.value) / std::hypot(a.standard_error, b.standard_error);
@@ -138,7 +138,7 @@ TEST_CASE("coverage: c_thrust at strong friction", "[long]") {
     std::vector<Estimate> by_ensemble(static_cast<std::size_t>(coverage_ensembles(200)));
     double mean = 0;
     for (std::size_t r = 0; r < by_ensemble.size(); ++r) {
-      EnsembleSpec spec = piles_of({100, 100}, point_response(1), 256);
+      EnsembleSpec spec = piles_of({100, 100}, ResponseSpec{.overload = 1}, 256);
       spec.sampler.mu = mu;
       spec.sampler.seed = 40'000 + r;
       spec.record_profiles = false;

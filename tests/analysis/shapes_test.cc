@@ -8,6 +8,7 @@
 #include "analysis/double_gaussian.h"
 #include "analysis/shape_fit.h"
 #include "analysis/synthetic_ensemble.h"
+#include "kit/fourier_mode.h"
 #include "model/lattice.h"
 
 using namespace granuscope;
@@ -60,7 +61,7 @@ TEST_CASE("Fourier modes of the shape equal the cosine sums of its values") {
             sum += values[i] * std::cos(2 * std::numbers::pi * mode * x[i] / columns);
           }
           INFO("columns " << columns << " layer " << layer << " W " << shape.width << " mode " << mode);
-          CHECK(fourier_mode(shape, mode, columns, layer % 2 == 1).value == Approx(sum).margin(2e-13));
+          CHECK(test::fourier_mode(shape, mode, columns, layer % 2 == 1).value == Approx(sum).margin(2e-13));
         }
       }
     }
@@ -106,8 +107,10 @@ TEST_CASE("derivatives of the modes agree with differences") {
   const double h = 1e-5;
   for (const DoubleGaussian shape : {DoubleGaussian{13.3, 0.5}, {30, 2.5}}) {
     for (int mode : {1, 30, 120, 249}) {
-      const auto at = [&](double peak, double width) { return fourier_mode({peak, width}, mode, 500, true).value; };
-      const ModeValue value = fourier_mode(shape, mode, 500, true);
+      const auto at = [&](double peak, double width) {
+        return test::fourier_mode({peak, width}, mode, 500, true).value;
+      };
+      const ModeValue value = test::fourier_mode(shape, mode, 500, true);
       CHECK(value.by_peak ==
             Approx((at(shape.peak + h, shape.width) - at(shape.peak - h, shape.width)) / (2 * h)).margin(1e-8));
       CHECK(value.by_width ==
@@ -123,7 +126,7 @@ TEST_CASE("the modes by rotation equal those one by one") {
         std::vector<ModeValue> modes(static_cast<std::size_t>((columns - 1) / 2));
         fourier_modes(shape, columns, half_shifted, modes);
         for (std::size_t m = 0; m < modes.size(); ++m) {
-          const ModeValue one = fourier_mode(shape, static_cast<int>(m) + 1, columns, half_shifted);
+          const ModeValue one = test::fourier_mode(shape, static_cast<int>(m) + 1, columns, half_shifted);
           const double scale = 1 + shape.peak;  // derivatives carry the size of the position
           REQUIRE(modes[m].value == Approx(one.value).margin(1e-12));
           REQUIRE(modes[m].by_peak == Approx(one.by_peak).margin(1e-11));
@@ -142,7 +145,8 @@ TEST_CASE("shapes that a fit may try and no response has: next to no width, none
     for (std::size_t m = 0; m < modes.size(); ++m) {
       // All of the load within two beads that share it evenly: cos(k 0) + cos(k 1), each half a half from both sides.
       const double k = 2 * std::numbers::pi * static_cast<double>(m + 1) / 120;
-      CHECK(modes[m].value == Approx(fourier_mode({0.5, W}, static_cast<int>(m) + 1, 120, false).value).margin(1e-12));
+      CHECK(modes[m].value ==
+            Approx(test::fourier_mode({0.5, W}, static_cast<int>(m) + 1, 120, false).value).margin(1e-12));
       CHECK(modes[m].value == Approx((1 + std::cos(k)) / 2).margin(0.01));
     }
   }
@@ -294,8 +298,8 @@ LayerSpectrum spectrum_of(ResponseShape shape, double noise, std::mt19937_64& ge
     const double k = 2 * std::numbers::pi * m / shape_columns, bin = std::sin(k / 2) / (k / 2);
     const double q = k * 0.5 * z, a = 1.6;  // an orthotropic one with two peaks
     double value = 0;
-    if (shape == ResponseShape::two_gaussians) value = fourier_mode({0.5 * z, 4}, m, shape_columns, false).value;
-    if (shape == ResponseShape::one_gaussian) value = fourier_mode({0, 5}, m, shape_columns, false).value;
+    if (shape == ResponseShape::two_gaussians) value = test::fourier_mode({0.5 * z, 4}, m, shape_columns, false).value;
+    if (shape == ResponseShape::one_gaussian) value = test::fourier_mode({0, 5}, m, shape_columns, false).value;
     if (shape == ResponseShape::isotropic) value = (1 + q) * std::exp(-q) * bin;
     if (shape == ResponseShape::orthotropic) value = (std::cos(a * q) + std::sin(a * q) / a) * std::exp(-q) * bin;
     spectrum.whole.push_back(value + noise * normal(generator));

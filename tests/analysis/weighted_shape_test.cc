@@ -1,4 +1,5 @@
 #include "analysis/shape_fit.h"
+#include "kit/fourier_mode.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -31,7 +32,7 @@ double sum_of_squares(const LayerSpectrum& spectrum, ModeWeights weights, Double
     const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum_columns;
     const double weight = weights == ModeWeights::equal ? 1 : std::exp(-k * k * (of_weights * of_weights + 1) / 4);
     const double missed =
-        spectrum.whole[i] - fourier_mode(shape, static_cast<int>(i + 1), spectrum_columns, false).value;
+        spectrum.whole[i] - test::fourier_mode(shape, static_cast<int>(i + 1), spectrum_columns, false).value;
     sum += weight * missed * missed;
   }
   return sum;

@@ -239,7 +239,7 @@ TEST_CASE("a request to stop ends the ensemble with Interrupted") {
 // definitions of the quantities; equality is exact.
 
 EnsembleSpec small_ensemble() {
-  EnsembleSpec spec = test::small_ensemble(point_response(1), 10);
+  EnsembleSpec spec = test::small_ensemble(ResponseSpec{.overload = 1}, 10);
   spec.lattice.layers = 12;
   spec.response.samples = 8 * 11 + 3;  // the last group is not full, and 12 groups do not divide evenly among 8 blocks
   return spec;
@@ -526,7 +526,7 @@ namespace {
 
 std::vector<EnsembleSpec> an_ensemble_of_every_kind() {
   std::vector<EnsembleSpec> all;
-  all.push_back(test::small_ensemble(point_response(1), 24));
+  all.push_back(test::small_ensemble(ResponseSpec{.overload = 1}, 24));
   all.push_back(test::small_ensemble({.estimator = EstimatorName::paired}, 24));
   all.push_back(test::small_ensemble(multiplexed_response(0.2), 24));
   all.push_back(all.back());

@@ -422,7 +422,8 @@ EnsembleSpec heavy_ensemble(const ResponseSpec& response, double mu, double bead
 }  // namespace
 
 TEST_CASE("the response of heavy beads has the weight of the load, whatever they weigh, on any number of threads") {
-  for (const ResponseSpec& response : {point_response(1), multiplexed_response(0.2), multiplexed_response(0.2, true)}) {
+  for (const ResponseSpec& response :
+       {ResponseSpec{.overload = 1}, multiplexed_response(0.2), multiplexed_response(0.2, true)}) {
     const EnsembleSpec spec = heavy_ensemble(response, 0.3, 0.7);
     const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
     CHECK(test::same_bytes(record, run_ensemble(spec, 2, nullptr)));
@@ -460,9 +461,10 @@ TEST_CASE("without friction the response is that of beads without weight, and fo
 }
 
 TEST_CASE("an ensemble of heavy beads says so, and the estimator fluctuation refuses them by name") {
-  const EnsembleSpec heavy = heavy_ensemble(point_response(1), 0.3, 0.25);
+  const EnsembleSpec heavy = heavy_ensemble(ResponseSpec{.overload = 1}, 0.3, 0.25);
   CHECK(configuration_text(heavy).find("\nbead_weight=0.25\n") != std::string::npos);
-  CHECK(configuration_text(heavy_ensemble(point_response(1), 0.3, 0)).find("bead_weight") == std::string::npos);
+  CHECK(configuration_text(heavy_ensemble(ResponseSpec{.overload = 1}, 0.3, 0)).find("bead_weight") ==
+        std::string::npos);
   CHECK(replay_command(heavy, 3).find(" --bead-weight 0.25 ") != std::string::npos);
   const Problem found = find_problem(heavy_ensemble({.estimator = EstimatorName::fluctuation}, 0.3, 0.25));
   REQUIRE(found.has_value());
@@ -506,11 +508,11 @@ TEST_CASE("estimators that make no sense with a model refuse it by name, and bea
   }
   const std::string again = replay_command(ensemble_of(ModelName::diluted_beads, multiplexed_response(0.2)), 3);
   CHECK(again.find("granuscope sample --model diluted-beads --opened-share 0.05 --least-slack 0.02 --mu 0.3 ") == 0);
-  const EnsembleSpec beads = test::small_ensemble(point_response(1), 24);
+  const EnsembleSpec beads = test::small_ensemble(ResponseSpec{.overload = 1}, 24);
   CHECK(configuration_text(beads).find("model") == std::string::npos);
-  CHECK(configuration_text(ensemble_of(ModelName::q_model, point_response(1))).find("model=q-model\n") !=
+  CHECK(configuration_text(ensemble_of(ModelName::q_model, ResponseSpec{.overload = 1})).find("model=q-model\n") !=
         std::string::npos);
-  EnsembleSpec cells = ensemble_of(ModelName::stochastic_osl, point_response(1));
+  EnsembleSpec cells = ensemble_of(ModelName::stochastic_osl, ResponseSpec{.overload = 1});
   cells.sampler.model.stochastic_osl.cell_columns = 5;
   CHECK_THROWS_AS(run_ensemble(cells, 1, nullptr), InputError);
 }

@@ -9,6 +9,7 @@
 #include "kit/instruction_sets.h"
 #include "kit/naive_granusolve.h"
 #include "kit/naive_rejection.h"
+#include "kit/pile_of_group.h"
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/lattice.h"
@@ -121,7 +122,7 @@ TEST_CASE("Heavy beads drawn side by side are those drawn alone, bit by bit, on 
       for (const PileGroup& group : together->draw_groups(samples, loads, failures)) {
         CHECK_NOTHROW(assert_identities(group, failures));
         for (std::size_t k = 0; k < group.piles; ++k) {
-          const Pile other = pile_of(group, k), &one = expected[group.first_sample + k];
+          const Pile other = test::pile_of(group, k), &one = expected[group.first_sample + k];
           CHECK(other.V_R == one.V_R);
           CHECK(other.V_L == one.V_L);
           CHECK(other.H_R == one.H_R);
@@ -326,7 +327,7 @@ TEST_CASE("Piles drawn side by side bear a leaning load as those drawn alone, bi
   for (const PileGroup& group : together->draw_groups(samples, loads, failures)) {
     for (std::size_t k = 0; k < group.piles; ++k) {
       REQUIRE_FALSE(alone->draw(group.first_sample + k, load, one));
-      const Pile other = pile_of(group, k);
+      const Pile other = test::pile_of(group, k);
       CHECK(other.V_R == one.V_R);
       CHECK(other.V_L == one.V_L);
       CHECK(other.H_R == one.H_R);

@@ -202,7 +202,7 @@ TEST_CASE("The loads are plotted against the linear response, and what cannot be
     for (const double load : {0.1, 0.25, 0.5, 1.0, 4.0}) {
       LoadResponse one;
       one.spec.sampler.mu = mu;
-      one.spec.response = load < 0.6 ? multiplexed_response(load) : point_response(load);
+      one.spec.response = load < 0.6 ? multiplexed_response(load) : ResponseSpec{.overload = load};
       one.reference = load == 0.25;
       one.samples = 256;
       one.D_shift = synthetic::known(-0.25 * load, 0.03);
@@ -235,15 +235,15 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
   LoadComparison measured;
   for (const double mu : {0.1, 0.3}) {
     measured.responses.push_back(response(mu, multiplexed_response(0.25), true));
-    measured.responses.push_back(response(mu, point_response(1), false));
-    measured.responses.push_back(response(mu, point_response(4), false));
+    measured.responses.push_back(response(mu, ResponseSpec{.overload = 1}, false));
+    measured.responses.push_back(response(mu, ResponseSpec{.overload = 4}, false));
     LoadResponse& strong = measured.responses.back();
     strong.c = strong.D = strong.c_shift = strong.D_shift = unknown("the peaks are too narrow");
-    measured.responses.push_back(response(mu, point_response(0), false));
+    measured.responses.push_back(response(mu, ResponseSpec{.overload = 0}, false));
     measured.responses.back().spec.load = Load::uniform;
   }
-  measured.exponents = {exponents(multiplexed_response(0.25), true), exponents(point_response(1), false),
-                        exponents(point_response(4), false)};
+  measured.exponents = {exponents(multiplexed_response(0.25), true), exponents(ResponseSpec{.overload = 1}, false),
+                        exponents(ResponseSpec{.overload = 4}, false)};
   LoadExponents& few = measured.exponents.back();
   few.beta = few.gamma = few.beta_shift = few.gamma_shift = unknown("two friction coefficients are too few");
   const Page page = study_page(*nonlinearity_study(measured));

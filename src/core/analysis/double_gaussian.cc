@@ -69,29 +69,6 @@ double largest_value(const DoubleGaussian& shape) {
   return (gaussian(x - shape.peak) + gaussian(x + shape.peak)) / 2;
 }
 
-ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted) {
-  const double k = two_pi * mode / columns;
-  ModeValue sum{0, 0, 0};
-  const auto add = [&](int l) {
-    const double q = k + two_pi * l;
-    const double exponent = q * q * shape.width * shape.width / 2;
-    if (exponent > largest_exponent) return false;
-    const double bin = q == 0 ? 1.0 : std::sin(q / 2) / (q / 2);
-    const double envelope = (half_shifted && l % 2 != 0 ? -1 : 1) * std::exp(-exponent) * bin;
-    const double cosine = std::cos(q * shape.peak);
-    sum.value += envelope * cosine;
-    sum.by_peak -= envelope * q * std::sin(q * shape.peak);
-    sum.by_width -= envelope * q * q * shape.width * cosine;
-    return true;
-  };
-  add(0);
-  for (int l = 1; l <= most_aliases; ++l) {
-    const bool minus = add(-l), plus = add(l);
-    if (!minus && !plus) break;
-  }
-  return sum;
-}
-
 void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes,
                    std::span<ModeValue> sines) {
   // Aliases k + 2 pi l with |k + 2 pi l| beyond q_max carry nothing.

@@ -26,14 +26,10 @@ struct ModeValue {
 };
 
 /// sum_j G(x_j) cos(k x_j) over the beads of one layer, k = 2 pi mode / columns, for beads at integer x
-/// (`half_shifted` false) or half-integer x (true). Exact: with q = k + 2 pi l,
+/// (`half_shifted` false) or half-integer x (true), for the modes 1 .. modes.size(). With q = k + 2 pi l it is
 ///   sum over l of (-1)^(l half_shifted) cos(q x_p) exp(-q^2 W^2 / 2) sin(q/2)/(q/2),
-/// the sum running over the aliases that sampling at bead centres folds onto k.
-ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted);
-
-/// fourier_mode for the modes 1 .. modes.size(), the form the fits use: angles by rotation instead of one sine and
-/// cosine for each alias. Agrees with fourier_mode to 1e-12. `sines`: as many, or none of them: sum_j G_+(x_j)
-/// sin(k x_j) of the Gaussian G_+ at +peak, of area 1; the same formula with sin(q x_p).
+/// the sum running over the aliases that sampling at bead centres folds onto k. `sines`: as many, or none of them:
+/// sum_j G_+(x_j) sin(k x_j) of the Gaussian G_+ at +peak, of area 1; the same formula with sin(q x_p).
 void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes,
                    std::span<ModeValue> sines = {});
 

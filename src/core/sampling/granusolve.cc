@@ -58,13 +58,7 @@ std::optional<SamplingFailure> GranusolveSampler::draw_again(std::uint64_t sampl
 
 std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sample, std::span<const double> load,
                                                              const Pile* first, Pile& pile) {
-  pile.mu = spec_.mu;
-  pile.law = name_of(Law::granusolve);
-  pile.seed = spec_.seed;
-  pile.sample = sample;
-  pile.load.assign(load.begin(), load.end());
-  pile.load_line = load_line(spec_);
-  pile.bead_weight = spec_.bead_weight;
+  begin_pile(spec_, Law::granusolve, sample, load, pile);
   solver_.use(memory_.arrays(pile));
   solver_.begin_pile(sample, load, first);
   SolveResult result = SolveResult::solved;

@@ -149,9 +149,6 @@ struct PileGroup {
 /// A single pile as a group of one; `load` holds the pile's load while the group is in use.
 PileGroup group_of(const Pile& pile, const std::span<const double>& load);
 
-/// Pile `k` of a group of which all forces of all layers are kept, taken out. Throws std::logic_error if they are not.
-Pile pile_of(const PileGroup& group, std::size_t k);
-
 /// Finds the residuals of model/audit.h for up to eight piles at once, with the widest vectors the machine has,
 /// layer by layer from the top on.
 class GroupIdentities {

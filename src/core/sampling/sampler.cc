@@ -21,13 +21,8 @@ class FrictionlessSampler final : public Sampler {
  public:
   FrictionlessSampler(const SamplerSpec& spec, const Lattice& lattice) : Sampler(lattice), spec_(spec) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
-    pile.load_line = load_line(spec_);
-    pile.bead_weight = spec_.bead_weight;
+    begin_pile(spec_, spec_.law, sample, load, pile);
     fill_frictionless(load, pile);
-    pile.mu = 0;
-    pile.law = name_of(spec_.law);
-    pile.seed = spec_.seed;
-    pile.sample = sample;
     ++counts_.tries;
     counts_.beads += pile.lattice.beads();
     return std::nullopt;
@@ -121,6 +116,16 @@ class CheckedSampler final : public Sampler {
 };
 
 }  // namespace
+
+void begin_pile(const SamplerSpec& spec, Law law, std::uint64_t sample, std::span<const double> load, Pile& pile) {
+  pile.mu = spec.mu;
+  pile.law = name_of(law);
+  pile.seed = spec.seed;
+  pile.sample = sample;
+  pile.load.assign(load.begin(), load.end());
+  pile.load_line = load_line(spec);
+  pile.bead_weight = spec.bead_weight;
+}
 
 void Sampler::draw_alone(std::uint64_t sample, const std::span<const double>& load,
                          std::optional<SamplingFailure>& failure) {

@@ -63,6 +63,9 @@ class Sampler {
   std::size_t drawn_alone_ = 0;    ///< how many of them are in use
 };
 
+/// What a pile says of itself beside its forces.
+void begin_pile(const SamplerSpec& spec, Law law, std::uint64_t sample, std::span<const double> load, Pile& pile);
+
 /// How many piles draw_groups gains from being handed at once: more than one where a law draws them side by side.
 /// `kept`: of which these layers are kept; null: all of them.
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice, const KeptLayers* kept = nullptr);

@@ -25,53 +25,28 @@ int try_pile(const FrictionCone& cone, Pile& pile, ChooseSplit choose_split) {
 RejectionSampler::RejectionSampler(const SamplerSpec& spec, const Lattice& lattice)
     : Sampler(lattice), cone_(spec.mu, lattice.geometry()), spec_(spec) {}
 
-void RejectionSampler::begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) const {
-  pile.mu = spec_.mu;
-  pile.law = name_of(Law::rejection);
-  pile.seed = spec_.seed;
-  pile.sample = sample;
-  pile.load.assign(load.begin(), load.end());
-  pile.load_line = load_line(spec_);
-  pile.bead_weight = spec_.bead_weight;
-}
-
-std::optional<SamplingFailure> RejectionSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
-  begin_pile(sample, load, pile);
+std::optional<SamplingFailure> RejectionSampler::solve(std::uint64_t sample, std::span<const double> load,
+                                                       const Pile* first, Pile& pile) {
+  begin_pile(spec_, Law::rejection, sample, load, pile);
   const RandomKey key(spec_.seed, sample);
   int failed_layer = 0;
-  for (std::uint64_t attempt = 1; attempt <= spec_.max_tries; ++attempt) {
-    throw_if_interrupted();
+  if (first != nullptr) {
     ++counts_.tries;
-    failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing, Interval interval) {
-      ++counts_.uniforms;
-      return point_at(interval, key.attempt(n, i, static_cast<std::uint32_t>(attempt)).first);
+    std::vector<double> numbers;
+    read_split_uniforms(*first, numbers);
+    failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing out, Interval interval) {
+      const std::size_t at = lattice_.index(n, i);
+      return kept_split(*first, at, numbers[at], out, interval);
     });
-    if (failed_layer < 0) {
-      counts_.beads += lattice_.beads();
-      return std::nullopt;
-    }
   }
-  return SamplingFailure{failed_layer};
-}
-
-std::optional<SamplingFailure> RejectionSampler::draw_again(std::uint64_t sample, std::span<const double> load,
-                                                            const Pile& first, Pile& pile) {
-  begin_pile(sample, load, pile);
-  const RandomKey key(spec_.seed, sample);
-  ++counts_.tries;
-  std::vector<double> numbers;
-  read_split_uniforms(first, numbers);
-  int failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing out, Interval interval) {
-    const std::size_t at = lattice_.index(n, i);
-    return kept_split(first, at, numbers[at], out, interval);
-  });
-  // The tries of the first solution count upwards; these count down from the last one, so that they are others.
   for (std::uint64_t attempt = 0; failed_layer >= 0 && attempt < spec_.max_tries; ++attempt) {
     throw_if_interrupted();
     ++counts_.tries;
+    // The tries of the first solution count upwards; these count down from the last one, so that they are others.
+    const auto number = static_cast<std::uint32_t>(first != nullptr ? most_tries - attempt : attempt + 1);
     failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing, Interval interval) {
       ++counts_.uniforms;
-      return point_at(interval, key.attempt(n, i, static_cast<std::uint32_t>(most_tries - attempt)).first);
+      return point_at(interval, key.attempt(n, i, number).first);
     });
   }
   if (failed_layer >= 0) return SamplingFailure{failed_layer};
@@ -89,13 +64,7 @@ EloyClementSampler::EloyClementSampler(const SamplerSpec& spec, const Lattice& l
 
 std::optional<SamplingFailure> EloyClementSampler::draw(std::uint64_t sample, std::span<const double> load,
                                                         Pile& pile) {
-  pile.mu = spec_.mu;
-  pile.law = name_of(Law::eloy_clement);
-  pile.seed = spec_.seed;
-  pile.sample = sample;
-  pile.load.assign(load.begin(), load.end());
-  pile.load_line = load_line(spec_);
-  pile.bead_weight = spec_.bead_weight;
+  begin_pile(spec_, Law::eloy_clement, sample, load, pile);
   const RandomKey key(spec_.seed, sample);
   std::fill(failures_.begin(), failures_.end(), 0);
   std::fill(attempts_.begin(), attempts_.end(), 0);

@@ -14,12 +14,18 @@ namespace granuscope {
 class RejectionSampler final : public Sampler {
  public:
   RejectionSampler(const SamplerSpec& spec, const Lattice& lattice);
-  std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
+  std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
+    return solve(sample, load, nullptr, pile);
+  }
   std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
-                                            Pile& pile) override;
+                                            Pile& pile) override {
+    return solve(sample, load, &first, pile);
+  }
 
  private:
-  void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) const;
+  /// `first`: null unless the pile is drawn again, from the splits of that one.
+  std::optional<SamplingFailure> solve(std::uint64_t sample, std::span<const double> load, const Pile* first,
+                                       Pile& pile);
 
   FrictionCone cone_;
   SamplerSpec spec_;

@@ -9,6 +9,7 @@
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
 #include "plot/power_law_panel.h"
+#include "plot/scaling_figures.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 
@@ -16,8 +17,6 @@ namespace granuscope {
 namespace {
 
 constexpr double height_inches = 72 / 25.4;
-
-bool has_slopes(const Transport& result) { return !result.exact && result.c.known() && result.D.known(); }
 
 /// c_0 - c of a reading against mu, or against D, as far as logarithmic axes show it.
 std::vector<PowerLawPoint> points_of(const OtherReading& reading, bool against_D) {
@@ -28,20 +27,6 @@ std::vector<PowerLawPoint> points_of(const OtherReading& reading, bool against_D
     if (one.c.known() && one.D.known() && fits_log_axes(point)) points.push_back(point);
   }
   return points;
-}
-
-/// Friction coefficients of which the slopes have no point, with the reason.
-std::vector<LeftOut> left_out_of(const Analysis& analysis) {
-  std::vector<LeftOut> left_out;
-  for (const Transport& result : analysis.results) {
-    if (result.exact) continue;
-    const char* const why = !has_slopes(result)             ? "c or D unknown"
-                            : result.c.value >= result.c0() ? "c₀ − c of slopes not above 0"
-                            : result.D.value <= 0           ? "D not above 0"
-                                                            : nullptr;
-    if (why != nullptr) left_out.push_back({fmt::format("μ = {}", caption_number(result.scanned())), why});
-  }
-  return left_out;
 }
 
 }  // namespace
@@ -98,7 +83,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
     add_power_law_panel(plot, panel);
   }
 
-  TemplateVariables variables{{"left_out", with_reasons(left_out_of(analysis))}};
+  TemplateVariables variables{{"left_out", with_reasons(points_left_out(analysis.results, true))}};
   for (const char* symbol : {"gamma", "alpha"}) {
     for (const std::string id : {"at_one_depth", "limit"}) variables[id + "_" + symbol] = "";
   }

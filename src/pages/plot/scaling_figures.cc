@@ -25,6 +25,15 @@ std::string in_words(const ScalingFit& fit) {
   return fit.exponent.known() ? exponent_text(fit) : fmt::format("unknown ({})", fit.exponent.reason);
 }
 
+/// Half as wide as the page. Throws InputError where no point is shown: "the figure of", `nothing`.
+PowerLawShown fill_half(Plot& plot, const PowerLawPanel& panel, const char* nothing) {
+  plot.height = half_height;
+  plot.half_width = true;
+  PowerLawShown shown = add_power_law_panel(plot, panel);
+  if (shown.shown) return shown;
+  throw InputError("the figure of {}; use more samples or deeper layers, or switch the figure off", nothing);
+}
+
 }  // namespace
 
 Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder) {
@@ -54,14 +63,8 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
 
   Plot plot;
   plot.id = scaling_id;
-  plot.height = half_height;
-  plot.half_width = true;
-  const PowerLawShown shown = add_power_law_panel(plot, panel);
-  if (!shown.shown) {
-    throw InputError(
-        "the figure of D against mu has nothing to show, because no friction coefficient has a positive one; use more "
-        "samples or deeper layers, or switch the figure off");
-  }
+  const PowerLawShown shown =
+      fill_half(plot, panel, "D against mu has nothing to show, because no friction coefficient has a positive one");
   const ScalingFit& beta = analysis.scaling.beta;
   return plot_figure(plot,
                      {"plot/scaling_with_friction.captions",
@@ -84,20 +87,21 @@ bool has_both(const Transport& result) { return result.c.known() && result.D.kno
 /// On a logarithmic axis of D; a pile without friction has no place there: the line of c0 stands for it.
 bool has_place(const Transport& result) { return has_both(result) && !result.exact && result.D.value > 0; }
 
-std::vector<LeftOut> points_left_out(const std::vector<Transport>& results) {
+}  // namespace
+
+std::vector<LeftOut> points_left_out(const std::vector<Transport>& results, bool of_slowing) {
   std::vector<LeftOut> left_out;
   for (const Transport& result : results) {
-    if (has_place(result)) continue;
-    const std::string why = result.exact        ? "exact"
-                            : !result.D.known() ? result.D.reason
-                            : !result.c.known() ? result.c.reason
-                                                : "D is not positive";
-    left_out.push_back({"μ = " + caption_number(result.scanned()), why});
+    const std::string why = result.exact                                  ? (of_slowing ? "" : "exact")
+                            : !result.D.known()                           ? result.D.reason
+                            : !result.c.known()                           ? result.c.reason
+                            : result.D.value <= 0                         ? "D is not positive"
+                            : of_slowing && result.c.value >= result.c0() ? "c₀ − c is not positive"
+                                                                          : "";
+    if (!why.empty()) left_out.push_back({"μ = " + caption_number(result.scanned()), why});
   }
   return left_out;
 }
-
-}  // namespace
 
 Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder) {
   const ScalingFit& alpha = analysis.scaling.alpha;
@@ -119,18 +123,12 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   panel.series.push_back(slopes);
   Plot plot;
   plot.id = diffusion_id;
-  plot.height = half_height;
-  plot.half_width = true;
-  const PowerLawShown shown = add_power_law_panel(plot, panel);
-  if (!shown.shown) {
-    throw InputError(
-        "the figure of c against D has nothing to show, because no friction coefficient has both; use more samples or "
-        "deeper layers, or switch the figure off");
-  }
+  const PowerLawShown shown =
+      fill_half(plot, panel, "c against D has nothing to show, because no friction coefficient has both");
   return plot_figure(
       plot,
       {"plot/propagation_against_diffusion.captions",
-       {{"left_out", with_reasons(points_left_out(analysis.results))},
+       {{"left_out", with_reasons(points_left_out(analysis.results, false))},
         {"slower", alpha.exponent.known() && alpha.exponent.value > 3 * alpha.exponent.standard_error ? "yes" : ""},
         {"alpha", shown.law ? exponent_text(alpha) : ""},
         {"alpha_low", caption_number(alpha.window[0])},

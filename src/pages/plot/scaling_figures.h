@@ -12,6 +12,9 @@ namespace granuscope {
 /// or fails.
 Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder);
 
+/// Results without a point on logarithmic axes of D, and of c0 - c where `of_slowing`, each with the reason.
+std::vector<LeftOut> points_left_out(const std::vector<Transport>& results, bool of_slowing);
+
 /// The paper's Fig. 4: c against D, one point for each friction coefficient, with the law fitted to c0 - c; below, c0 -
 /// c of every point over it. Writes figures/propagation-against-diffusion*.csv, .gp, .svg and .pdf below `run_folder`.
 /// Throws InputError if no result has both c and D, EnvironmentError if gnuplot is missing or fails.
