@@ -324,6 +324,54 @@ TEST_CASE("Noise that does not fall is seen: a response of another shape") {
   CHECK_THAT(claim(analysis.claims, "noise").remarks, Contains("the response has not exactly the shape"));
 }
 
+TEST_CASE("A rough power refutes no straight line that the depths meet") {
+  struct Case {
+    double error, chi2;
+    const char* verdict;
+  };
+  // 160 piles, whose power lies 4.7 of its errors off; then lines that are refused, and a power known well.
+  for (const Case& one : {Case{0.26, 15.7, not_decided}, {0.26, 40, not_reproduced}, {0.09, 6, not_reproduced}}) {
+    Analysis analysis;
+    analysis.results = {at_friction(0.3, 0.56, 0.07, 0)};
+    Transport& result = analysis.results.front();
+    result.exponents.width = analysis.mean_exponents.width = known(2.23, one.error);
+    result.exponents.amplitude = analysis.mean_exponents.amplitude = known(-1.13, one.error);
+    result.width_line.chi2 = result.height_line.chi2 = one.chi2;
+    result.width_line.degrees_of_freedom = result.height_line.degrees_of_freedom = 6;
+    const std::vector<Claim> claims = judge_claims(analysis, window(), {});
+    CAPTURE(one.error, one.chi2);
+    CHECK(claim(claims, "diffusive-width").verdict == one.verdict);
+    CHECK(claim(claims, "amplitude").verdict ==
+          (one.error > 0.2 && one.chi2 > 20 ? not_decided : std::string(one.verdict)));
+    CHECK(claim(claims, "no-elastic-scaling").verdict == one.verdict);
+    const bool open = one.verdict == std::string(not_decided);
+    CHECK((claim(claims, "diffusive-width").remarks.find("no sure error") != std::string::npos) == open);
+  }
+}
+
+TEST_CASE("Nothing is said of the paper's load by a larger one") {
+  Transport heavy = at_friction(0.3, 0.56, 0.07, 0.08);
+  CHECK(judged({heavy}, "two-gaussians").verdict == not_reproduced);
+  heavy.spec.response.overload = 5;
+  CHECK(judged({heavy}, "two-gaussians").verdict == not_tested);
+  CHECK_THAT(judged({heavy}, "two-gaussians").explanation, Contains("an overload of one load") && Contains("not of 5"));
+  heavy.spec.response.estimator = EstimatorName::multiplexed;  // which has none
+  CHECK(judged({heavy}, "two-gaussians").verdict == not_reproduced);
+}
+
+TEST_CASE("Peaks that the width of a bead hides are no single peak") {
+  for (const double width : {0.2, 2.0}) {
+    Transport result = at_friction(0.05, 0.577, 0.001, 0);
+    result.peak_separation = known(7.8, 0.001);
+    DepthFit depth;
+    depth.layer = window().first_layer;
+    depth.width = known(width, 0.001);
+    depth.evidence.for_two_peaks = -1000;
+    result.depths = {depth};
+    CHECK(judged({result}, "double-peak").verdict == (width < 0.5 ? not_tested : not_reproduced));
+  }
+}
+
 TEST_CASE("One friction coefficient is no range of them") {
   CHECK(over_all_values({0.3}) == "at μ = 0.3");
   CHECK(over_all_values({0.1, 0.3}) == "over μ = 0.1 and 0.3");

@@ -249,9 +249,74 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   others.position = others.width = others.amplitude = others.noise = unknown("the peaks are too wide");
   data.analysis.results[3].c = data.analysis.results[3].D = unknown("the peaks are too wide");
   const Page shared(data);
-  CHECK(count(shared.html, "the window is too short") == 1);
-  CHECK(count(shared.html, "the peaks are too wide") == 1);
+  CHECK(count(shared.html, "the window is too short") == 2);  // and on page 1
+  CHECK(count(shared.html, "the peaks are too wide") == 2);
   CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons given under"));
+}
+
+TEST_CASE("Page 1 names the values without c and D, and those that no power has, each with its reason") {
+  ReportData data = numbers();
+  data.analysis.results[2].c = unknown(
+      "from the end of the window, layers 32 to 99, upwards one depth can be fitted, and a slope needs 3; at layer 96: "
+      "two Gaussians miss 17 % of the response: it has another shape");
+  data.analysis.results[3].c = known(0.588, 0.011);
+  const std::string html = Page(data).html;
+  CHECK(
+      contains(html, "Without <var>c</var> and <var>D</var>: μ = 0.15 (two Gaussians miss 17 % of the response).</p>"));
+  CHECK(contains(html, "In no power: μ = 0.2 (c is not below c₀).</p>"));
+  CHECK(contains(found_text(summary_json(data)), "in no power: μ = 0.2 (c is not below c₀)\n"));
+  const std::string usual = Page(numbers()).html;
+  CHECK_FALSE(contains(usual, "Without <var>c</var>"));
+  CHECK_FALSE(contains(usual, "In no power"));
+}
+
+TEST_CASE("A power that the points refuse is reproduced on average only") {
+  ReportData data = numbers();
+  const auto told = [&] { return found_text(summary_json(data)); };
+  CHECK_FALSE(contains(told(), "on average"));
+  data.analysis.scaling.beta.scatter = {39, 1, 3, {}};
+  for (const char* verdict : {"reproduced", "not reproduced", "not tested"}) {
+    for (Claim& claim : data.analysis.claims) {
+      if (claim.id == "D-of-mu") claim.verdict = verdict;
+    }
+    const bool tested = verdict != std::string("not tested");
+    CHECK(contains(told(), verdict + std::string(tested ? ", on average\n" : "\n")));
+    CHECK(contains(table_of(Page(data).html, "exponents"), "</span>, on average") == tested);
+  }
+}
+
+TEST_CASE("What does not change within its errors is not said to go anywhere") {
+  ReportData data = numbers();
+  data.analysis.scaling.gamma.exponent = unknown("no law");
+  std::erase_if(data.analysis.results, [](const Transport& one) { return one.exact; });
+  const auto told = [&](double c, double D) {
+    for (std::size_t i = 0; i < data.analysis.results.size(); ++i) {
+      data.analysis.results[i].c = known(i == 0 ? 0.558 : c, 0.005);
+      data.analysis.results[i].D = known(i == 0 ? 0.08 : D, 0.01);
+    }
+    const std::string html = Page(data).html;
+    return std::pair(contains(html, "<var>c</var> does not change within the errors"),
+                     contains(html, "<var>D</var> does not within theirs"));
+  };
+  CHECK(told(0.565, 0.08) == std::pair(true, true));
+  CHECK(told(0.565, 0.01) == std::pair(true, false));
+  CHECK(told(0.5, 0.08) == std::pair(false, true));
+}
+
+TEST_CASE("A run of studies alone ends with what they found") {
+  ReportData data = numbers();
+  std::erase_if(data.analysis.results, [](const Transport& one) { return !one.exact; });
+  CHECK(contains(found_text(summary_json(data)), "c_thrust"));
+  data.studies = {{"deep_response", {{{"mu", 0.3}}}}, {"law_comparison", {{"laws", Json::array()}}}};
+  Claim& claim = data.analysis.claims.back();
+  claim.id = "spreading-deep";
+  claim.verdict = "not decided";
+  claim.measured = known(1.07, 0.1);
+  const std::string told = found_text(summary_json(data));
+  CHECK(contains(told, "The numbers of the studies stand in the report"));
+  CHECK(contains(told, "not decided:"));
+  CHECK(contains(told, "spreading-deep"));
+  CHECK_FALSE(contains(told, "c_thrust"));
 }
 
 TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {

@@ -37,6 +37,9 @@ std::string other_beads(const Analysis& analysis) {
       return "it is about upright loads through the centres of the top beads, and those of this experiment are not";
     }
     if (sampler.bead_weight != 0) return "it is about weightless beads, and those of this experiment have weight";
+    const ResponseSpec& response = result.spec.response;
+    if (loads_one_bead(response.estimator) && response.overload > 1)
+      return fmt::format("it is about an overload of one load of a top bead, and not of {}", response.overload);
   }
   return {};
 }
@@ -285,8 +288,13 @@ std::string over_window(const char* name, const ScalingFit& fit) {
   return fmt::format("the exponent {} over μ = {} to {}", name, fit.window[0], fit.window[1]);
 }
 
-std::string quantity_of(const char* symbol, const ScalingFit& fit) {
-  return fmt::format("{} of slopes over μ = {} to {}", symbol, fit.window[0], fit.window[1]);
+/// What a claim about an exponent of slopes begins with.
+Claim claim_of(const char* id, const char* statement, const char* symbol, const ScalingFit& fit) {
+  Claim claim =
+      open_claim(id, statement, fmt::format("{} of slopes over μ = {} to {}", symbol, fit.window[0], fit.window[1]));
+  claim.power_law = !fit.misses_the_points();
+  if (!claim.power_law) claim.quantity += ", on average";
+  return claim;
 }
 
 }  // namespace
@@ -308,10 +316,9 @@ namespace {
 
 Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit,
                      const PaperNumber& paper, const std::optional<Rival>& rival) {
-  Claim claim = open_claim(id, statement, quantity_of(symbol, fit));
+  Claim claim = claim_of(id, statement, symbol, fit);
   std::string what = over_window(symbol, fit);
   what.front() = 'T';
-  claim.power_law = !fit.misses_the_points();
   judge_by_number(claim, fit.exponent, paper, rival, what);
   return claim;
 }
@@ -369,9 +376,8 @@ Claim judge_c_of_D(const Analysis& analysis) {
 // alpha against 1, which the stochastic theory predicts.
 Claim judge_differs_from_theory(const Analysis& analysis) {
   Claim claim =
-      open_claim("differs-from-theory", "c₀ − c is not proportional to D, as the stochastic theory has it at small D.",
-                 quantity_of("α", analysis.scaling.alpha));
-  claim.power_law = !analysis.scaling.alpha.misses_the_points();
+      claim_of("differs-from-theory", "c₀ − c is not proportional to D, as the stochastic theory has it at small D.",
+               "α", analysis.scaling.alpha);
   judge_by_exclusion(claim, analysis.scaling.alpha.exponent, paper_alpha, linear_in_D,
                      "T" + over_window("α", analysis.scaling.alpha).substr(1));
   return claim;

@@ -35,7 +35,8 @@ struct Replicated {
 };
 
 /// Delete-one jackknife: se^2 = (B-1)/B sum_b (theta_b - mean)^2. Unknown, with the reason, if any entry is not finite.
-Estimate estimate(const Replicated& number, const std::string& reason_if_unknown = "a replicate could not be computed");
+Estimate estimate(const Replicated& number,
+                  const std::string& reason_if_unknown = "it is unknown without one of the blocks of piles");
 
 /// f applied to the whole-ensemble values and to each set of replicates. All arguments have the same blocks.
 template <typename F, typename... Numbers>

@@ -136,6 +136,7 @@ struct Transport {
   Exponents exponents;
   LineTest position_line;  ///< of x_p = x_0 + c z
   LineTest width_line;     ///< of W^2 = w_0 + D z
+  LineTest height_line;    ///< of 1/h^2, likewise
 
   double draws_per_bead = 0;
   double repaired_per_bead = 0;

@@ -65,6 +65,7 @@ void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSer
                  estimate(result.exponents.amplitude), estimate(result.exponents.noise)};
   t.position_line = test_line(peaks);
   t.width_line = test_line(widths);
+  t.height_line = test_line(spreads);
 }
 
 /// Mean over the window, unknown where one of its depths is.

@@ -411,7 +411,19 @@ Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
     if (known(results[i].at("c")) && known(results[i].at("D"))) told.push_back(i);
   }
   if (told.empty()) return nullptr;
+  const auto same = [&](const char* name) {  // within three errors of the first
+    return std::ranges::all_of(told, [&](std::size_t i) {
+      const auto number = [&](const Json& of, const char* what) {
+        return of.at(name).at(what).is_number() ? of.at(name).at(what).get<double>() : HUGE_VAL;
+      };
+      const Json &one = results[i], &other = results[told.front()];
+      return std::abs(number(one, "value") - number(other, "value")) <=
+             3 * std::hypot(number(one, "stderr"), number(other, "stderr"));
+    });
+  };
   return {{"first", c_and_D_of(summary, told.front())},
+          {"c_same", same("c")},
+          {"D_same", same("D")},
           {"last", c_and_D_of(summary, told.back())},
           {"two", told.size() > 1},
           {"powers", powers},

@@ -7,6 +7,8 @@
 #include <set>
 #include <sstream>
 
+#include "model/lattice.h"
+#include "plot/figure_captions.h"
 #include "report/number_text.h"
 #include "report/page_overlays.h"
 #include "report/page_scope.h"
@@ -112,12 +114,26 @@ bool has_background(const Json& result) {
   return share.at("value").get<double>() > 3 * share.at("stderr").get<double>();
 }
 
+/// For page 1: why the deepest depth was refused, of a reason that stands below the tables of c and D.
+std::string in_one_clause(std::string reason) {
+  const std::size_t layer = reason.find("; at layer ");
+  if (layer != std::string::npos) reason.erase(0, reason.find(": ", layer) + 2);
+  return reason.substr(0, reason.find_first_of(":;"));
+}
+
 /// The rows of c and D, and what is said below their tables.
 void add_transport(Json& overlay, const Json& summary) {
   bool has_backgrounds = false;
   Json rows = Json::array(), notes = Json::array(), variation_notes = Json::array(), asked = Json::array();
+  std::vector<LeftOut> unknown, fast;
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
+    const Json& c = results[i].at("c");
+    if (!c.at("value").is_number()) {
+      unknown.push_back({at_scanned(summary, i), in_one_clause(c.value("reason", ""))});
+    } else if (results[i].at("exact") != true && c.at("value") >= results[i].value("c0", 1 / sqrt3)) {
+      fast.push_back({at_scanned(summary, i), "c is not below c₀"});
+    }
     const std::string pointer = fmt::format("/results/{}", i);
     Json row = {{"frictionless", results[i].contains("mu") && results[i].at("mu") == 0},
                 {"scanned", {{"key", place_of_scanned(summary, i)}}},
@@ -150,6 +166,8 @@ void add_transport(Json& overlay, const Json& summary) {
   overlay["transport_notes"] = notes;
   overlay["variation_notes"] = variation_notes;
   overlay["asked_precision"] = asked;
+  overlay["without_c"] = unknown.size() < results.size() ? with_reasons(unknown) : "";
+  overlay["without_powers"] = overlay.at("any_exponent") == true ? with_reasons(fast) : "";
 }
 
 }  // namespace
@@ -171,6 +189,9 @@ void add_results(Json& overlay, const Json& summary) {
   // Of a single value nobody asks for exponents.
   overlay["exponent_notes"] = measured > 1 ? notes : Json::array();
   add_transport(overlay, summary);
+  const Json studied = summary.at("studies").flatten();
+  overlay["studies_alone"] =
+      measured == 0 && std::ranges::any_of(studied, [](const Json& one) { return one.is_number(); });
   // Of two values nobody asks for exponents either.
   overlay["exponents_missed"] = measured > 2 ? missed : Json::array();
   overlay["incomplete"] = Json::array();
