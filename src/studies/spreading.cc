@@ -313,20 +313,11 @@ std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, co
           judge_stretch(measured, spec, "spreading-deep", spreading_depths(measured), &DeepResponse::deep, deep_from)};
 }
 
-namespace {
-
-constexpr double sure = 3;  ///< standard errors
-
-double sigmas_apart(const Estimate& one, const Estimate& other) {
-  return std::abs(one.value - other.value) / std::hypot(one.standard_error, other.standard_error);
-}
-
-}  // namespace
-
-Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer) {
-  const Estimate diffusion{1, 0, {}};
+Json spreading_page_1(const std::vector<DeepResponse>& measured, const ClaimSpec& spec, const std::string& pointer) {
+  const PaperNumber diffusion{.value = 1, .tolerance = spec.exponent_tolerance};
   std::vector<std::string> deep;
-  std::size_t slow = 0, fast = 0, octaves = 0;
+  std::vector<double> fast, slow;  // friction, as the claim would judge each alone
+  std::size_t octaves = 0;
   double apart = 0;
   const DeepResponse* at_mu = nullptr;  // the measurement that checks are held against
   bool checked = false;
@@ -335,22 +326,30 @@ Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::stri
     const Estimate& exponent = one.deep.exponent;
     if (at_mu != nullptr && at_mu->spec.sampler.mu == one.spec.sampler.mu) {
       if (!exponent.known() || !at_mu->deep.exponent.known()) continue;
-      apart = std::max(apart, sigmas_apart(exponent, at_mu->deep.exponent));
+      const Estimate& other = at_mu->deep.exponent;
+      apart = std::max(
+          apart, std::abs(exponent.value - other.value) / std::hypot(exponent.standard_error, other.standard_error));
       checked = true;
       continue;
     }
     at_mu = &one;
     if (!exponent.known()) continue;
     deep.push_back(fmt::format("{}/{}", pointer, i));
-    (exponent.value > 1 && sigmas_apart(exponent, diffusion) > sure ? fast : slow) += 1;
+    const std::string verdict = one.deep.from < deep_from ? not_tested : judge_number(exponent, diffusion).verdict;
+    if (verdict == not_reproduced && exponent.value > 1) fast.push_back(one.spec.sampler.mu);
+    if (verdict == reproduced) slow.push_back(one.spec.sampler.mu);
     octaves = one.octaves.size();
   }
   if (deep.empty()) return nullptr;
   const std::string largest = deep.back();  // friction
   return {{"deep", enumerated(deep)},
-          {"all_fast", slow == 0},
-          {"some_fast", fast > 0 && slow > 0},
-          {"none_fast", fast == 0},
+          {"all_fast", fast.size() == deep.size()},
+          {"some_fast", !fast.empty() && fast.size() < deep.size()},
+          {"none_fast", fast.empty() && slow.size() == deep.size()},
+          {"open", fast.empty() && slow.size() < deep.size()},
+          {"fast", list_of_values(fast)},
+          {"some_slow", !slow.empty()},
+          {"slow", list_of_values(slow)},
           {"largest", {{"key", largest}}},
           {"first_octave", {{"key", largest + "/octaves/0"}}},
           {"last_octave", {{"key", fmt::format("{}/octaves/{}", largest, octaves - 1)}}},
@@ -612,7 +611,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
   Json json() const override { return measured_; }
   std::vector<ReportPart> parts() const override {
-    const Json told = spreading_page_1(measured_, "/studies/" + id());
+    const Json told = spreading_page_1(measured_, main_.claims, "/studies/" + id());
     return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
   }
 

@@ -90,9 +90,9 @@ void to_json(Json& json, const DeepResponse& one);
 /// Whether W^2 is proportional to z where the paper looked, and deeper; checks do not count.
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec);
 
-/// What sentences about these results need beside them, which stand at `pointer` of summary.json; null where no
-/// exponent is known.
-Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer);
+/// What sentences about these results need beside them, which stand at `pointer` of summary.json: each friction by the
+/// rule of the deep claim; null where no exponent is known.
+Json spreading_page_1(const std::vector<DeepResponse>& measured, const ClaimSpec& spec, const std::string& pointer);
 
 /// Exponents against depth. Throws InputError where none is known.
 Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);

@@ -55,8 +55,17 @@ Studies& Studies::operator=(const Studies& other) {
 void Study::derive(MainLine& main, const IsOpen& open) {
   const auto least = static_cast<std::int64_t>(group_size) * main.response.blocks;
   for (const Key& key : keys()) {
-    if (!key.name.ends_with("samples") || !open(key.path())) continue;
-    if (const auto found = find_problem(main); found && found->key == key.path()) key.set(least);
+    if (!key.name.ends_with("samples")) continue;
+    if (const auto found = find_problem(main); !found || found->key != key.path()) continue;
+    const KeyValue value = key.get();
+    const auto* const written = std::get_if<std::int64_t>(&value);
+    int& blocks = main.response.blocks;
+    if (open(key.path())) {
+      key.set(least);
+    } else if (written != nullptr && open("response.blocks")) {
+      blocks = std::clamp(static_cast<int>(std::min<std::int64_t>(*written / std::int64_t{group_size}, blocks)),
+                          min_blocks, blocks);
+    }
   }
 }
 

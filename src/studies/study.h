@@ -129,7 +129,7 @@ class Study {
   /// Whether it is made for contacts at any angle; others are refused beside a main line at another than 30 degrees.
   virtual bool suits_any_angle() const { return false; }
   /// Gives its open keys, and those of the main line that it depends on, what follows from the others: by itself as
-  /// many samples as there are blocks to fill.
+  /// many samples as there are blocks to fill, and no more blocks than its samples fill.
   virtual void derive(MainLine&, const IsOpen&);
   /// What the ranges of the keys do not tell: rules across keys, those of the main line included.
   virtual Problem find_problem(const MainLine&) const { return {}; }

@@ -432,7 +432,7 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK(written.code == 0);
   CHECK(written.err == "wrote " + file + "\n");
   const std::string text = text_of(file);
-  CHECK_THAT(text, Contains("mine.toml --print-config") && Contains("60 beads, on this machine (") &&
+  CHECK_THAT(text, Contains("mine.toml --print-config") && Contains("60 beads, on this machine roughly ") &&
                        Contains("piles, mu = 0.2, for the precision asked"));
   const Experiment experiment = read_experiment(file);
   CHECK(experiment.name == "mine");

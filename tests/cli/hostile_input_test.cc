@@ -226,7 +226,8 @@ TEST_CASE("Doctor leaves no folder behind") {
 TEST_CASE("A pile none of which was completed costs nothing per bead that could be told") {
   const auto result = granuscope_command({"sample", "--law", "rejection", "--mu", "0.5", "--columns", "30", "--layers",
                                           "30", "--max-tries", "3", "--samples", "2", "--statistics"});
-  CHECK(result.code == 0);
+  CHECK(result.code == 2);
+  CHECK_THAT(result.err, Contains("no pile could be completed, so that nothing is known; take"));
   CHECK_THAT(result.out, Contains("\"draws_per_bead\": null") && Contains("\"repaired_per_bead\": null") &&
                              Contains("\"reason\": \"no pile was completed"));
 }
@@ -423,7 +424,7 @@ TEST_CASE("What nests without end is refused, and so is what was changed since i
   const std::string at = scratch.path().string(), many(100'000, '[');
   write_file(scratch / "deep.json", R"({"results": )" + many + "1" + std::string(100'000, ']') + "}");
   const std::string deep = (scratch / "deep.json").string();
-  CHECK_THAT(granuscope_command({"compare", deep, deep}).err, Contains("nests deeper"));
+  CHECK_THAT(granuscope_command({"compare", deep, deep}).err, Contains(deep + ": JSON that nests deeper"));
   std::string key = "a";
   for (int k = 0; k < 100'000; ++k) key += ".a";
   for (const std::string& text : {key + " = 1\n", "x = {" + key + " = 1}\n", "[" + key + "]\n"}) {
@@ -436,6 +437,17 @@ TEST_CASE("What nests without end is refused, and so is what was changed since i
   write_file(scratch / "fine.toml", "[experiment]\ndescription = \"\"\"\n\\\"" + points + "\n\"\"\"\nname = '" +
                                         std::string(150, '.') + "'  # " + points + "\n");
   CHECK(granuscope_command({"run", (scratch / "fine.toml").string(), "--print-config"}).code == 0);
+
+  for (const std::string schema : {"6", "0", "\"x\"", "1.5"}) {
+    fs::create_directory(scratch / "of");
+    write_file(scratch / "of/summary.json", R"({"results": [], "schema": )" + schema + "}");
+    const std::string of = (scratch / "of").string();
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"numbers", of}, {"compare", of, of}}) {
+      const auto refused = granuscope_command(words);
+      CHECK(refused.code == 2);
+      CHECK_THAT(refused.err, Contains("summary.json: its schema is " + schema) && Contains("knows 1 to 5"));
+    }
+  }
 
   const std::string summary = R"({"results": [{"mu": 0.3, "x\\endcsname\\immediate, \"y": 1.5, "n": 2}]})";
   write_file(scratch / "summary.json", summary);

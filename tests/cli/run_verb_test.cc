@@ -227,7 +227,7 @@ TEST_CASE("run --set takes words as people write them") {
   const auto refused = [&](const std::string& assignment) {
     return granuscope_command({"run", config, "--print-config", "--set", assignment}).err;
   };
-  CHECK_THAT(refused("experiment.name='half"), Contains("double quotes"));
+  CHECK_THAT(refused("experiment.name='half"), Contains("write ' at both of its ends"));
   CHECK_THAT(refused("sampling.bead_weight=0,3"), Contains("decimal comma"));
   CHECK_THAT(refused("friction.mu=[−0.3]"), Contains("U+2212"));
 }

@@ -203,6 +203,7 @@ TEST_CASE("sample --distributions writes densities with errors that add up, and 
   const CommandResult failed =
       granuscope_command({"sample", "--statistics", "--law", "rejection", "--mu", "1.5", "--columns", "8", "--layers",
                           "8", "--max-tries", "1000", "--samples", "64", "--distributions", none});
+  CHECK(failed.code == 2);
   CHECK_THAT(failed.err, Contains("no pile was completed"));
   CHECK_FALSE(std::filesystem::exists(none));
 }
@@ -343,7 +344,7 @@ TEST_CASE("A pile that cannot be completed within its effort is told with its la
   // 30 x 30 beads at mu = 0.5 are rejected as good as always.
   const auto result = granuscope_command({"sample", "--mu", "0.5", "--law", "rejection", "--columns", "30", "--layers",
                                           "30", "--max-tries", "20", "--statistics", "--samples", "2"});
-  CHECK(result.code == 0);
+  CHECK(result.code == 2);
   const auto object = json::parse(result.out);
   CHECK(object["samples"] == 0);
   CHECK(object["per_layer"][3]["alpha"]["value"].is_null());
@@ -360,7 +361,7 @@ TEST_CASE("A pile that cannot be completed within its effort is told with its la
 TEST_CASE("Many piles that cannot be completed are counted, and the first of them named") {
   const auto result = granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "20", "--effort", "1",
                                           "--statistics", "--samples", "72"});
-  CHECK(result.code == 0);
+  CHECK(result.code == 2);
   CHECK(json::parse(result.out)["samples"] == 0);
   CHECK_THAT(result.err, Contains("sample 7 could not be completed") && !Contains("sample 8 could not") &&
                              Contains("64 more of 72 samples could not be completed"));

@@ -42,6 +42,12 @@ const std::vector<Refused> refusals = {
     // Windows
     {"[lattice]\nlayers = 200\n[fit]\nlast_layer = 300\n", "end the window at 179", {"fit.last_layer=179"}},
     {"[lattice]\nlayers = 200\n[fit]\nlast_layer = 300\n", "or compute 321 layers", {"lattice.layers=321"}},
+    {"[friction]\nmu = [0.01, 0.05]\n[lattice]\nlayers = 100\n[response]\nestimator = \"fluctuation\"\n",
+     "of response and 21 at the bottom need 2224; give so many",
+     {"lattice.layers=2224"}},
+    {"[friction]\nmu = [0.01, 0.05]\n[lattice]\nlayers = 100\n[response]\nestimator = \"fluctuation\"\n",
+     "a shallower first base by response.first_base",
+     {"response.first_base=10"}},
     {"[fit]\nlayer_step = 100\n", "take steps of at most 60", {"fit.layer_step=60"}},
     {"[lattice]\nlayers = 120\n[fit]\nfirst_layer = 100\n", "begin it at layer 97", {"fit.first_layer=97"}},
     {"[fit]\nfirst_layer = 5\nlast_layer = 10\nlayer_step = 3\n", "steps of at most 2", {"fit.layer_step=2"}},
@@ -87,7 +93,10 @@ const std::vector<Refused> refusals = {
     {"[model]\nname = \"q-model\"\n[response]\nestimator = \"paired\"\n",
      "choose another",
      {"response.estimator=point"}},
-    {"[sampling]\nlaw = \"rejection\"\n", "take polytope", {"sampling.law=polytope"}},
+    {"[sampling]\nlaw = \"rejection\"\n", "or polytope", {"sampling.law=polytope"}},
+    {"[sampling]\nlaw = \"rejection\"\n[lattice]\ncolumns = 150\nlayers = 60\n",
+     "take granusolve, or polytope, which draws the same law on at most 4096 beads",
+     {"sampling.law=granusolve"}},
     {"[sampling]\nlaw = \"polytope\"\n[lattice]\nlayers = 200\n", "use granusolve", {"sampling.law=granusolve"}},
     {"[sampling]\nlambda = 0.5\n", "leave it out", {"-lambda = 0.5"}},
     {"[sampling]\nlambda = 0.5\n", "or choose that law", {"sampling.law=polytope"}},
@@ -189,6 +198,14 @@ TEST_CASE("What is wrong is told at once, and what is printed with every default
   }
   CHECK_THAT(refusal(std::string("PK\x03\x04\x14\0", 6)), Contains("as spreadsheets are"));
   CHECK_THAT(refusal("\n# nothing\n"), Contains("(accepted)"));
+}
+
+TEST_CASE("A text that is not closed is called so") {
+  for (const char* line : {"law = \"granusolve\n", "law = \"granusolve", "law = 'granusolve\nseed = 1\n"}) {
+    CHECK_THAT(refusal(std::string("[sampling]\n") + line),
+               Contains("x.toml:2:") && Contains("a text is not closed") && !Contains("control character"));
+  }
+  CHECK_THAT(refusal("", {"sampling.law=\"granusolve"}), Contains("a text is not closed"));
 }
 
 TEST_CASE("A printed experiment hides no character, and reads back") {

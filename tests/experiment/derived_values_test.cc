@@ -142,9 +142,18 @@ TEST_CASE("A window that the columns end is told with those that would hold it")
   CHECK(note_of_short_window(whole).empty());
   CHECK(parse_experiment(narrow + std::to_string(std::stoi(enough) - 1) + "\n", "x.toml").fit.last_layer == 38);
   CHECK(note_of_short_window(parse_experiment("[fit]\nlast_layer = 60\n", "x.toml")).empty());
+  CHECK_THAT(note_of_short_window(parse_experiment("[lattice]\nlayers = 30\n", "x.toml")),
+             Contains("to 9, where peaks are hardly wider") && Contains("give more lattice.layers."));
+  const std::string saturated = "friction.mu = 0.01\nlattice.layers = 2049\nresponse.estimator = \"fluctuation\"\n";
+  CHECK_THAT(note_of_short_window(parse_experiment(saturated, "x.toml")), Contains("or a smaller response.first_base"));
 }
 
 TEST_CASE("Samples and blocks follow each other") {
+  const std::string deep = "[studies.deep_response]\nmu = 0.3\nsamples = ";
+  CHECK(parse_experiment(deep + "64\n", "x.toml").response.blocks == 8);
+  CHECK(parse_experiment(deep + "512\n", "x.toml").response.blocks == 32);
+  CHECK_THROWS_WITH(parse_experiment(deep + "63\n", "x.toml"), Contains("63 samples in 8 blocks"));
+  CHECK_THROWS_WITH(parse_experiment(deep + "64\n[response]\nblocks = 32\n", "x.toml"), Contains("in 32 blocks"));
   CHECK(parse_experiment("[response]\nblocks = 1000\n", "x.toml").response.samples == 8000);
   CHECK(parse_experiment("[response]\nsamples = 100\n", "x.toml").response.blocks == 12);
   // Loads beside the centres are held against the experiment's own friction.

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -78,6 +79,21 @@ void write_program(const fs::path& file, const std::string& text) {
 }
 
 }  // namespace
+
+TEST_CASE("What the blocks of a recipe need stands in its first line") {
+  const std::string page = text_of(GRANUSCOPE_SOURCE_DIR "/docs/recipes.md"), mark = "```sh needs ";
+  const std::map<std::string, std::string> names = {
+      {"sbatch", "Slurm"}, {"library", "libgranuscope-dev"}, {"vtkmodules", "vtk9"}};
+  for (std::size_t at = page.find(mark); at != std::string::npos; at = page.find(mark, at + 1)) {
+    const std::string need = page.substr(at + mark.size(), page.find('\n', at) - at - mark.size());
+    if (need == "examples") continue;  // which are granuscope's own
+    const std::size_t heading = page.rfind("\n## ", at), line = page.find("\n\n", heading) + 2;
+    const std::string first = page.substr(line, page.find('\n', line) - line);
+    CAPTURE(need, first);
+    CHECK(first.starts_with("Needs "));
+    CHECK(first.find(names.contains(need) ? names.at(need) : need) != std::string::npos);
+  }
+}
 
 TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]") {
   const std::string page = text_of(GRANUSCOPE_SOURCE_DIR "/docs/recipes.md");

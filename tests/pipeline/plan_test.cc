@@ -5,9 +5,11 @@
 #include "ensemble/estimator.h"
 #include "kit/set_key.h"
 #include "kit/small_experiment.h"
+#include "kit/standard_error_capture.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/sample_stage.h"
+#include "quiet_run.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -164,6 +166,28 @@ TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one ma
   const PlannedTime on_many = estimate_time({chains}, 64);
   CHECK(on_many.at_least);
   CHECK(on_many.seconds > 60);  // nearly all of it is the pilot's, which one core runs for all
+}
+
+TEST_CASE("a run of slow piles tells at its beginning how long it takes, others do not") {
+  Experiment experiment = small_experiment();
+  experiment.mu = {0.3};
+  experiment.figures.response_profiles = false;
+  for (const ModelName model : {ModelName::diluted_beads, ModelName::frictional_beads}) {
+    const TemporaryFolder folder;
+    experiment.sampling.model.name = model;
+    experiment.lattice = {12, 12};
+    experiment.fit.shallow_layer = experiment.fit.first_layer = 1;
+    experiment.fit.last_layer = model == ModelName::diluted_beads ? 6 : 3;
+    experiment.fit.layer_step = 1;
+    if (model == ModelName::frictional_beads) experiment.lattice.layers = 24;
+    RunOptions options = quiet(folder.path(), {Stage::sample});
+    options.progress = ProgressStyle::plain;
+    const test::StandardErrorCapture capture;
+    run_experiment(experiment, options);
+    const std::string told = capture.text();
+    CHECK_THAT(told, Contains("sampling mu = 0.3"));
+    CHECK((told.find("all together roughly ") < told.find("sampling mu")) == (model == ModelName::diluted_beads));
+  }
 }
 
 TEST_CASE("the chains behind the pictures are part of the time of a plan") {

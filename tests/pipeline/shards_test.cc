@@ -147,6 +147,16 @@ TEST_CASE("a shard that is stopped goes on where it was, and draws no block twic
   }
 }
 
+TEST_CASE("a shard of which no pile could be completed keeps its blocks, and is an experiment that cannot be used") {
+  Experiment experiment = small_experiment();
+  experiment.sampling.effort = 1;
+  experiment.mu = {0.3};
+  const TemporaryFolder folder;
+  CHECK_THROWS_WITH(run_shard(experiment, quiet(folder.path()), {1, 1}),
+                    Contains("shard 1/1: no pile of its blocks could be completed; take"));
+  CHECK_FALSE(ensembles_in(folder.path()).empty());
+}
+
 TEST_CASE("a block that was begun is gone on with") {
   // Parts are kept whenever there is something to keep, and the fourth group is interrupted.
   const TemporaryFolder folder, other;

@@ -406,19 +406,21 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   CHECK(too_few->key == "studies.deep_response.loaded_samples");
 }
 
-TEST_CASE("Page 1 tells spreading from diffusion by three standard errors, and checks from measurements") {
+TEST_CASE("Page 1 tells spreading from diffusion as its claim does, and checks from measurements") {
   const auto one = [](double mu, const Estimate& power) {
     DeepResponse response;
     response.spec.sampler.mu = mu;
     response.octaves.resize(2);
-    response.deep.exponent = power;
+    response.deep = {222, 887, power};
     return response;
   };
-  const auto told = [](const std::vector<DeepResponse>& list) { return spreading_page_1(list, "/list"); };
+  const auto told = [](const std::vector<DeepResponse>& list) { return spreading_page_1(list, {}, "/list"); };
   const DeepResponse slow = one(0.1, {1.02, 0.01, {}}), fast = one(0.3, {1.2, 0.03, {}}),
                      check = one(0.3, {1.3, 0.04, {}}), open = one(0.5, {});
   const auto both = told({slow, fast, check, open});
   CHECK(both.at("some_fast") == true);
+  CHECK(both.at("fast") == "μ = 0.3");
+  CHECK(both.at("slow") == "μ = 0.1");
   CHECK(both.at("deep").size() == 2);
   CHECK(both.at("deep")[0].at("joint") == " and ");
   CHECK(both.at("largest").at("key") == "/list/1");
@@ -426,6 +428,16 @@ TEST_CASE("Page 1 tells spreading from diffusion by three standard errors, and c
   CHECK(both.at("apart") == "2.0");  // 0.1 over 0.05
   CHECK(told({fast}).at("all_fast") == true);
   CHECK(told({slow}).at("none_fast") == true);
+  // Each word as the claim decides: four errors off and within its tolerance, too rough, and nearer than it looks.
+  DeepResponse near = fast;
+  near.deep.from = 20;
+  for (const DeepResponse& each : {slow, fast, one(0.3, {1.059, 0.014, {}}), one(0.3, {1.07, 0.1, {}}), near}) {
+    const std::string verdict = judge_spreading({each}, {})[1].verdict;
+    CAPTURE(each.deep.exponent.value, verdict);
+    CHECK(told({each}).at("all_fast") == (verdict == not_reproduced));
+    CHECK(told({each}).at("none_fast") == (verdict == reproduced));
+    CHECK(told({each}).at("open") == (verdict == not_decided || verdict == not_tested));
+  }
   CHECK(told({slow}).at("checked") == false);
   CHECK(told({open}).is_null());
 }

@@ -155,13 +155,15 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
   const FluctuationPlan plan = fluctuation_plan(spec);
   if (plan.lags.size() < 2) return problem("layers", "there is no lag to measure; name layers beside layer 0");
   if (!plan.bases.empty()) return {};
-  const int unused = bottom_margin_of(spec.sampler.model);
+  constexpr int hardly_any = 20, usual = 179;  // layers of response; the latter are those of 200 layers under loads
+  const int unused = bottom_margin_of(spec.sampler.model), last = plan.lags.back();
+  const int response = last < hardly_any ? usual : last, beside = plan.layers_needed - last;
   return problem("layers",
                  "{} too few for the estimator fluctuation: {} of saturated fluctuations, a reference of "
-                 "{}, {} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
-                 how_many(spec.lattice.layers, "layer is", "layers are"),
-                 plan.layers_needed - plan.reference - plan.lags.back() - unused - 1, plan.reference, plan.lags.back(),
-                 unused + 1, plan.layers_needed, spec.response.base_step);
+                 "{}, {} of response and {} at the bottom need {}; give so many, and {} more for each base beyond the "
+                 "first one, or name a shallower first base by response.first_base",
+                 how_many(spec.lattice.layers, "layer is", "layers are"), beside - plan.reference - unused - 1,
+                 plan.reference, response, unused + 1, beside + response, spec.response.base_step);
 }
 
 constexpr double most_mu_of_several = 0.5;  ///< for which several overloads were held against one

@@ -56,7 +56,6 @@ struct ResponseSpec {
 /// The same response on another ring: with shorter runs where its own do not fit.
 ResponseSpec on_ring(ResponseSpec spec, const LatticeSpec& lattice);
 
-inline ResponseSpec point_response(double overload) { return {.overload = overload}; }
 constexpr ResponseSpec multiplexed_response(double epsilon, bool opposite = false, int sign_run = 1) {
   return {.estimator = EstimatorName::multiplexed, .epsilon = epsilon, .opposite = opposite, .sign_run = sign_run};
 }

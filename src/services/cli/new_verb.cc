@@ -100,13 +100,11 @@ std::string told_of(const std::string& text, const NewOptions& options) {
   run.folder = scratch.path() / "trial";
   run.of_trial = experiment.precision.asked() && try_beginning(experiment, run.folder, threads);
   const std::vector<PlannedStep> plan = plan_run(experiment, run);
-  const PlannedTime time = estimate_time(plan, threads);
   std::string told = fmt::format(
       "# granuscope run {0}                  makes its report\n# granuscope run {0} --print-config   shows every key "
-      "with its value\n#\n# {1} × {2} beads, on this machine ({3}) roughly {4}{5}:\n",
+      "with its value\n#\n# {1} × {2} beads, on this machine {3}:\n",
       shell_word(name), experiment.lattice.columns, experiment.lattice.layers,
-      threads == 1 ? "one thread" : fmt::format("{} threads", threads), describe_duration(time.seconds),
-      time.at_least ? " or more" : "");
+      in_words(estimate_time(plan, threads), threads));
   for (const PlannedStep& step : plan) {
     if (step.stage == Stage::sample) told += fmt::format("#   {}\n", step.what);
   }

@@ -113,7 +113,7 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
       ->transform(CLI::detail::to_lower);
   add_page_options(
       *verb, options->page,
-      "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)",
+      "86 (mm), 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)",
       "; TeX: set by TeX with its own mathematics, as eps (needs latex and dvips)");
   verb->add_option(
       "--templates", options->templates,

@@ -101,7 +101,7 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
       throw InputError(file.string() + ": there is no such file, and so no numbers; name the folder of a finished run");
     }
     require_unchanged(*folder, "summary.json");
-    const std::string list = list_numbers(read_file(file), *format, *choice);
+    const std::string list = list_numbers(read_json(file), *format, *choice);
     if (!target->asked()) {
       context.out << list;
     } else {

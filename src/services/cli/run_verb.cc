@@ -46,13 +46,13 @@ void print_plan(const Experiment& experiment, const RunOptions& options, const s
     out << fmt::format("{:<8} {}{}\n", name_of(step.stage), single_line(step.what),
                        step.reused ? " (there already)" : "");
   }
-  if (const std::string note = note_of_idle_keys(experiment); !note.empty()) out << note << '\n';
+  for (const std::string& note : {note_of_idle_keys(experiment), note_of_short_window(experiment)}) {
+    if (!note.empty()) out << note << '\n';
+  }
   out << std::flush;
   require_memory(memory_needed(experiment, options.folder, workers));
-  const PlannedTime time = estimate_time(plan, workers);
-  out << fmt::format("beads to draw: {:.3g}; all together roughly {}{} on {}, by a trial of the first piles\n",
-                     static_cast<double>(beads), describe_duration(time.seconds), time.at_least ? " or more" : "",
-                     workers == 1 ? "one thread" : fmt::format("{} threads", workers));
+  out << fmt::format("beads to draw: {:.3g}; all together {}\n", static_cast<double>(beads),
+                     in_words(estimate_time(plan, workers), workers));
 }
 
 /// What was found, and where it is told at length.

@@ -335,7 +335,10 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   if (options.file.asked()) store_sample(options, context);
   if (!options.statistics) return ExitCode::done;
   try {
-    context.out << sample_statistics_json(measure_samples(options, context));
+    const SampleStatistics measured = measure_samples(options, context);
+    context.out << sample_statistics_json(measured);
+    if (measured.samples == 0)
+      throw InputError("no pile could be completed, so that nothing is known; take fewer columns or another --law");
   } catch (const Interrupted&) {
     throw Interrupted("stopped on request before all samples were drawn, so that there are no statistics; start again");
   }

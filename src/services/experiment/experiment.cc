@@ -192,9 +192,9 @@ Problem find_rejection_problem(const Experiment& e) {
   if (e.sampling.law == Law::rejection && e.sampling.model.has_contacts() && !e.mu.empty() && e.mu.back() > 0) {
     return problem(
         "sampling.law",
-        "the law rejection completes at most {} beads, and a response needs more; take polytope, which draws "
-        "the same law on some thousand beads, or look at small piles with granuscope sample",
-        most_beads_by_rejection);
+        "the law rejection completes at most {} beads, and a response needs more; take granusolve, or polytope, which "
+        "draws the same law on at most {} beads, or look at small piles with granuscope sample",
+        most_beads_by_rejection, most_polytope_beads);
   }
   return {};
 }
@@ -580,11 +580,19 @@ std::string note_of_idle_keys(const Experiment& e) {
 std::string note_of_short_window(const Experiment& e) {
   const SamplerSpec widest = like_at_30(e.sampler_at(e.scan_values().back()), e.lattice.angle);
   const int last = e.fit.last_layer, usable = e.lattice.layers - bottom_margin_of(e.sampling.model) - 1;
-  if (last >= usable || e.lattice.columns > columns_needed(widest, last + 1)) return {};
+  if (last < usable && e.lattice.columns <= columns_needed(widest, last + 1)) {
+    return fmt::format(
+        "The window of the fit ends at layer {} of {}: further down the two peaks would meet behind the ring of {} "
+        "columns, and {} would hold them all.",
+        last, usable, e.lattice.columns, std::floor(columns_needed(widest, usable)) + 1);
+  }
+  constexpr int hardly_any = 20;
+  if (last >= hardly_any) return {};
   return fmt::format(
-      "The window of the fit ends at layer {} of {}: further down the two peaks would meet behind the ring of {} "
-      "columns, and {} would hold them all.",
-      last, usable, e.lattice.columns, std::floor(columns_needed(widest, usable)) + 1);
+      "The window of the fit is layers {} to {}, where peaks are hardly wider than a bead, so that c and D may stay "
+      "unknown: give more lattice.layers{}.",
+      e.fit.first_layer, last,
+      e.response.estimator == EstimatorName::fluctuation ? " or a smaller response.first_base" : "");
 }
 
 }  // namespace granuscope

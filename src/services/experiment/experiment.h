@@ -82,7 +82,8 @@ std::vector<KeyProblem> find_value_problems(const Experiment& experiment);
 /// A sentence that names keys of beads which change nothing, as the piles are of another model; else empty.
 std::string note_of_idle_keys(const Experiment& experiment);
 
-/// A sentence where the columns end the window of the fit above the last usable layer; else empty.
+/// A sentence where the columns end the window of the fit above the last usable layer, or where it holds hardly any
+/// depth; else empty.
 std::string note_of_short_window(const Experiment& experiment);
 
 /// Memory of the largest data of a run, in bytes: the piles under work and the block sums. Saturates, never overflows.

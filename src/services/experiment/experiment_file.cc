@@ -49,6 +49,9 @@ namespace granuscope {
 std::string odd_sign_in(std::string_view text) {
   if (text.find("\u2212") != std::string_view::npos) return "there is the sign U+2212 in it; write - for minus";
   const std::string_view value = text.substr(text.find('=') + 1);
+  const std::size_t first = value.find_first_of("\"'");
+  if (first != std::string_view::npos && std::ranges::count(value, value[first]) % 2 != 0)
+    return fmt::format("a text is not closed in it; write {} at both of its ends", value[first]);
   if (has_decimal_comma(value) && value.find_first_of("\"'[.") == std::string_view::npos)
     return "there is a decimal comma in it; write a point";
   return "";
@@ -350,8 +353,9 @@ class Reader {
     } catch (const toml::parse_error& error) {
       if (!word) {
         const std::string odd = odd_sign_in(assignment);
-        throw InputError("--set {}: not valid TOML: {}; {}", assignment, error.description(),
-                         odd.empty() ? "correct it, or put a text into double quotes" : odd);
+        throw InputError(
+            "--set {}: not valid TOML: {}", assignment,
+            odd.empty() ? std::string(error.description()) + "; correct it, or put a text into double quotes" : odd);
       }
     }
     try {
@@ -532,11 +536,12 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
     reader.read(toml::parse(text, file));
   } catch (const toml::parse_error& error) {
     const std::string reason = likely_reason(text, error.source().begin.line);
-    throw InputError("{}:{}:{}: not valid TOML: {}; {}", file, error.source().begin.line, error.source().begin.column,
-                     error.description(),
-                     reason.empty() ? "numbers are written as 0.3 or 1000, texts as \"text\", switches as true or "
-                                      "false, lists as [0.2, 0.3]; correct the line"
-                                    : reason);
+    const std::string general = fmt::format(
+        "{}; numbers are written as 0.3 or 1000, texts as \"text\", switches as true or false, lists as [0.2, 0.3]; "
+        "correct the line",
+        error.description());
+    throw InputError("{}:{}:{}: not valid TOML: {}", file, error.source().begin.line, error.source().begin.column,
+                     reason.empty() ? general : reason);
   }
   if (empty == EmptyFile::refused && reader.has_read_nothing()) {
     throw InputError(

@@ -281,9 +281,21 @@ class Run {
     if (needs(Stage::report)) progress_.expect(seconds_for_report);
   }
 
+  /// Piles of slow laws show no progress for long: how long all takes comes before the first of them.
+  void tell_time() {
+    const SamplerSpec& sampler = experiment_.sampling;
+    const bool slow = sampler.law == Law::polytope || sampler.model.name == ModelName::diluted_beads;
+    if (!slow || options_.progress == ProgressStyle::silent || options_.crew != nullptr) return;
+    const PlannedTime time = estimate_time(plan_run(experiment_, options_), threads_);
+    log_line(options_.progress, "all together {}", in_words(time, threads_));
+  }
+
   void sample_and_measure() {
+    tell_time();
     std::vector<MeasuredTransport> measured;
-    if (const std::string note = note_of_idle_keys(experiment_); !note.empty()) leave_out(note);
+    for (const std::string& note : {note_of_idle_keys(experiment_), note_of_short_window(experiment_)}) {
+      if (!note.empty()) leave_out(note);
+    }
     if (options_.crew != nullptr) sampling_.draw_by_crew(all_ensembles(experiment_, options_.folder));
     SamplerCounts counts;
     std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment_, options_.folder);
@@ -415,7 +427,6 @@ class Run {
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
-      if (const std::string note = note_of_short_window(experiment_); !note.empty()) leave_out(note);
       std::vector<std::string> left_out;
       const std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis, &left_out);
       for (const std::string& sentence : left_out) leave_out(sentence);
@@ -515,7 +526,8 @@ std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysi
   const auto values = std::ranges::count_if(
       clear->results, [](const Transport& one) { return !one.exact && one.c.known() && one.D.known(); });
   const auto leave_out = [&](std::initializer_list<bool*> figures, const std::string& why) {
-    const bool any = std::ranges::any_of(figures, [](const bool* one) { return *one; });
+    const bool any = std::ranges::any_of(figures, [](const bool* one) { return *one; }) &&
+                     std::ranges::any_of(clear->results, [](const Transport& one) { return !one.exact; });
     for (bool* one : figures) *one = false;
     if (any && left_out != nullptr) left_out->push_back(why);
   };

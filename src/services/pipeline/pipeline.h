@@ -94,6 +94,9 @@ struct PlannedTime {
   bool at_least = false;  ///< it may also take much longer
 };
 
+/// "roughly 2 min on 4 threads, by a trial of the first piles".
+std::string in_words(const PlannedTime& time, int threads);
+
 /// Estimated from a trial of each ensemble on one core, and rules of thumb for what comes after it: takes seconds where
 /// chains or the laws of tiny piles are asked for, else much less. Stops with Interrupted if that is asked for.
 PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads);

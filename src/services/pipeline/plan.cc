@@ -216,6 +216,11 @@ PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads) {
   return planned;
 }
 
+std::string in_words(const PlannedTime& time, int threads) {
+  return fmt::format("roughly {}{} on {}, by a trial of the first piles", describe_duration(time.seconds),
+                     time.at_least ? " or more" : "", threads == 1 ? "one thread" : fmt::format("{} threads", threads));
+}
+
 double memory_needed(const Experiment& experiment, const std::filesystem::path& run_folder, int threads) {
   double drawing = 0;
   const auto consider = [&](const PlannedEnsemble& planned) {

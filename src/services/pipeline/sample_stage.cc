@@ -81,8 +81,7 @@ SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progre
   const SamplerSpec& sampler = planned.spec.sampler;
   const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
   if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
-  log_line(progress, "sampling {}: measuring how many sweeps its chains need (--dry-run says how long all takes)",
-           planned.label);
+  log_line(progress, "sampling {}: measuring how many sweeps its chains need", planned.label);
   const SamplerSpec measured = measured_sampler(planned.spec);
   log_line(progress, "sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
            measured.burn_in, measured.thinning);

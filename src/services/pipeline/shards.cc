@@ -244,11 +244,19 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
   if (missing.empty()) return;
   Progress progress(fmt::format("shard {}/{}", shard.number, shard.count), samples, options.progress);
   std::atomic<std::size_t> taken{0};
-  draw_atoms(ensembles, options.folder, options.threads, options.progress, &progress, {}, [&]() -> std::optional<Atom> {
-    const std::size_t at = taken++;
-    return at < missing.size() ? std::optional(missing[at]) : std::nullopt;
-  });
+  std::atomic<std::uint64_t> completed{0};
+  draw_atoms(
+      ensembles, options.folder, options.threads, options.progress, &progress, {},
+      [&]() -> std::optional<Atom> {
+        const std::size_t at = taken++;
+        return at < missing.size() ? std::optional(missing[at]) : std::nullopt;
+      },
+      [&](const Atom&, const EnsembleRecord& block) { completed += block.sums.samples(); });
   progress.finish();
+  if (completed == 0)
+    throw InputError(
+        "shard {}/{}: no pile of its blocks could be completed; take fewer columns or more sampling.effort",
+        shard.number, shard.count);
 }
 
 void forget_shards(const fs::path& run_folder) {
