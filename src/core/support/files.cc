@@ -266,6 +266,8 @@ std::string read_file(const fs::path& source, std::uint64_t most) {
   return bytes;
 }
 
+std::string read_json(const fs::path& source) { return shallow_json(read_file(source), source.string()); }
+
 bool is_open_already(const fs::path& file) {
   const std::string name = file.string();
   return (name == "/dev/stdin" || name.starts_with("/dev/fd/") || name.starts_with("/proc/self/fd/")) &&

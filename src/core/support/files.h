@@ -126,6 +126,9 @@ void require_replaceable(const fs::path& target, std::string_view begins = {});
 /// may have no end.
 std::string read_file(const fs::path& source, std::uint64_t most = 1'000'000'000);
 
+/// The same of a file of JSON, by shallow_json (plain_text.h).
+std::string read_json(const fs::path& source);
+
 /// Whether this names what a shell has opened already, a pipe say: /dev/stdin or /dev/fd/63, as of `<(command)`.
 bool is_open_already(const fs::path& file);
 

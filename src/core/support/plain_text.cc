@@ -191,7 +191,7 @@ bool has_decimal_comma(std::string_view text) {
   return false;
 }
 
-std::string shallow_json(std::string text) {
+std::string shallow_json(std::string text, const std::string& source) {
   constexpr int most_levels = 100;
   int level = 0;
   bool quoted = false;
@@ -203,9 +203,9 @@ std::string shallow_json(std::string text) {
     if (c == ']' || c == '}') --level;
     if ((c == '[' || c == '{') && ++level > most_levels) {
       throw InputError(
-          "JSON that nests deeper than {} levels is none that granuscope writes; take the file from a backup, or make "
-          "it again",
-          most_levels);
+          "{}: JSON that nests deeper than {} levels is none that granuscope writes; take the file from a backup, or "
+          "make it again",
+          source, most_levels);
     }
   }
   return text;

@@ -47,9 +47,9 @@ std::string how_many(std::int64_t number, const std::string& one, const std::str
 /// Whether a comma stands between two digits, as in 0,25.
 bool has_decimal_comma(std::string_view text);
 
-/// The same text, to be parsed as JSON: throws InputError if it nests deeper than any file of this program, which would
-/// end in a signal where what was read is gone through.
-std::string shallow_json(std::string text);
+/// The same text, to be parsed as JSON: throws InputError, which names `source`, if it nests deeper than any file of
+/// this program, which would end in a signal where what was read is gone through.
+std::string shallow_json(std::string text, const std::string& source = "this text");
 
 /// Text in which tabs part columns, with each column of neighbouring lines as wide as its widest cell, for a terminal.
 std::string aligned(std::string_view text);

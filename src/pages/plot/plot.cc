@@ -489,7 +489,7 @@ std::string recipe_json(const FigureRecipe& recipe) {
 FigureRecipe read_recipe(const std::string& json, const std::string& source) {
   FigureRecipe recipe;
   try {
-    const Json read = Json::parse(shallow_json(json));
+    const Json read = Json::parse(shallow_json(json, source));
     read.at("id").get_to(recipe.id);
     read.at("title").get_to(recipe.title);
     read.at("caption").get_to(recipe.caption);

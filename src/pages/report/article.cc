@@ -89,18 +89,18 @@ void write_article(const std::filesystem::path& run_folder, const std::filesyste
     throw InputError("{}: there are files, which an article would mix with or replace; give a new folder",
                      target.string());
   }
-  const std::string text = read_file(run_folder / "summary.json");
+  const std::string text = read_json(run_folder / "summary.json");
   const std::string numbers = list_numbers(text, "tex", {});  // looks whether it is a summary
   Json summary, overlay;
   try {
-    summary = Json::parse(shallow_json(text));
+    summary = Json::parse(text);
     if (const std::string model = summary.at("scan").at("model"); model != name_of(ModelName::frictional_beads)) {
       throw InputError(
           "{}: this run is of the model {}, and the paper that an article replicates is about frictional beads; run "
           "an experiment with those",
           run_folder.string(), model);
     }
-    const Json manifest = Json::parse(shallow_json(read_file(run_folder / "manifest.json")));
+    const Json manifest = Json::parse(read_json(run_folder / "manifest.json"));
     overlay = article_overlay(summary, manifest.at("provenance"), run_folder / "figures", citation);
   } catch (const Json::exception& damage) {
     throw InputError("{}: summary.json or manifest.json is damaged ({}); run the experiment again", run_folder.string(),

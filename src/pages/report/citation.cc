@@ -323,7 +323,7 @@ std::string codecheck(const fs::path& folder, const Json& manifest, const Json& 
     yaml << YAML::BeginMap << YAML::Key << "file" << YAML::Value << file << YAML::Key << "comment" << YAML::Value
          << YAML::DoubleQuoted << comment << YAML::EndMap;
   };
-  const Json summary = Json::parse(shallow_json(read_file(folder / "summary.json")));
+  const Json summary = Json::parse(read_json(folder / "summary.json"));
   const std::string experiment = manifest.at("experiment"), model = summary.at("scan").at("model");
   const bool missed = std::ranges::any_of(summary.at("claims"), [](const Json& claim) {
     return claim.at("beyond_paper") != true && claim.at("verdict") == "not reproduced";
@@ -440,7 +440,7 @@ Json manifest_of_finished_run(const fs::path& folder) {
   if (!file_exists(folder / manifest_name)) {
     throw InputError("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string());
   }
-  Json manifest = Json::parse(shallow_json(read_file(folder / manifest_name)), nullptr, false);
+  Json manifest = Json::parse(read_json(folder / manifest_name), nullptr, false);
   if (!manifest.is_object() || !manifest.contains("status")) refuse(folder, "manifest.json is damaged");
   require_results_of_last_run(folder, "report");
   if (manifest.at("status") != "done") refuse(folder, "its last run did not come to its end");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "sampling/polytope.h"
+#include "support/error.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -12,6 +13,13 @@ void clean_strings(Json& document) {
   } else if (document.is_structured()) {
     for (auto& element : document) clean_strings(element);
   }
+}
+
+void require_known_schema(const Json& summary, const std::string& source) {
+  const Json schema = summary.value("schema", Json(summary_schema));
+  if (schema.is_number_integer() && schema.get<int>() > 0 && schema.get<int>() <= summary_schema) return;
+  throw InputError("{}: its schema is {}, and this program knows 1 to {}; take the program that wrote it", source,
+                   single_line(schema.dump(), 20), summary_schema);
 }
 
 Json finite_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }

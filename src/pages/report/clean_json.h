@@ -42,6 +42,12 @@ void to_json(Json& json, const RunningExponent& running);
 /// {"estimator", "overload"}, or {"estimator": "multiplexed" or "fluctuation", and its options}.
 void to_json(Json& json, const ResponseSpec& response);
 
+inline constexpr int summary_schema = 5;  ///< of summary.json: goes up when a key of it changes
+
+/// Throws InputError, which names `source`, where a summary is of another program's schema, whose keys may say
+/// something else.
+void require_known_schema(const Json& summary, const std::string& source);
+
 /// What `granuscope sample --statistics` measures on one layer.
 struct LayerStatistics {
   int layer = 0;

@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "report/clean_json.h"
 #include "report/page_scope.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -257,6 +258,7 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
   if (!json.is_object() || !json.contains("results")) {
     throw InputError("this is no summary.json of a run, so that it has no numbers; name the folder of a finished run");
   }
+  require_known_schema(json, "summary.json");
   if (format != "tex" && format != "csv" && format != "json")
     throw InputError("there is no format {}; choose tex, csv or json", format);
   NumberList list(scanned_in(json));

@@ -31,7 +31,7 @@ std::string digest_of(Json manifest) {
 template <class Read>
 auto told_by_manifest(const fs::path& run_folder, const Read& read) -> decltype(read(Json())) {
   try {
-    return read(Json::parse(shallow_json(read_file(run_folder / manifest_file))));
+    return read(Json::parse(read_json(run_folder / manifest_file)));
   } catch (const std::exception&) {
     return {};
   }
@@ -64,7 +64,7 @@ bool lies_in(const fs::path& run_folder, const fs::path& path) {
 void require_results_of_last_run(const fs::path& run_folder, const std::string& stage) {
   require_visible(run_folder / manifest_file);
   if (!path_exists(run_folder / manifest_file)) return;
-  const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)), nullptr, false);
+  const auto manifest = Json::parse(read_json(run_folder / manifest_file), nullptr, false);
   const auto stages = manifest.is_object() ? manifest.value("stages", Json::array()) : Json::array();
   if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
   const FileDescriptor folder(::open(run_folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -84,7 +84,7 @@ std::string run_again(const fs::path& run_folder) {
 std::string changed_since_run(const fs::path& run_folder, const std::string& begins, const std::string& ends,
                               bool whole) {
   try {
-    const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)));
+    const auto manifest = Json::parse(read_json(run_folder / manifest_file));
     if (manifest.contains("digest") && manifest.at("digest") != digest_of(manifest)) return manifest_file;
     for (const auto& file : manifest.at("files")) {
       std::string name = file.at("path");
@@ -105,7 +105,7 @@ std::vector<ListedFigure> list_figures(const fs::path& run_folder) {
   std::vector<ListedFigure> list;
   const std::vector<std::string> plots = plots_in(run_folder / "figures");
   if (const auto file = run_folder / "summary.json"; file_exists(file)) {
-    const auto summary = Json::parse(shallow_json(read_file(file)), nullptr, false);
+    const auto summary = Json::parse(read_json(file), nullptr, false);
     const auto figures = summary.is_object() ? summary.find("figures") : summary.end();
     for (std::size_t i = 0; figures != summary.end() && figures->is_array() && i < figures->size(); ++i) {
       const auto& one = (*figures)[i];

@@ -181,7 +181,7 @@ void to_json(Json& json, const Figure& figure) {
 
 std::string summary_json(const ReportData& data) {
   Json json;
-  json["schema"] = 5;
+  json["schema"] = summary_schema;
   json["experiment"] = data.experiment_name;
   json["experiment_key"] = data.resolved_experiment_key;
   json["columns"] = data.columns;

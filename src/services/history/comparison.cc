@@ -27,7 +27,7 @@ namespace granuscope {
 namespace {
 Json parsed(const fs::path& file) {
   try {
-    return Json::parse(shallow_json(read_file(file)));
+    return Json::parse(read_json(file));
   } catch (const Json::exception&) {
     throw InputError(
         "{}: this is no JSON, so that nothing can be compared; name the folder of a run or its summary.json{}",
@@ -68,6 +68,7 @@ RunRecord read_run(const fs::path& path) {
   if (!run.summary.is_object() || !run.summary.contains("results")) {
     throw InputError("{}: this is no summary of a run (it has no results); name a summary.json", summary.string());
   }
+  require_known_schema(run.summary, summary.string());
   if (run.folder.empty()) return run;
   if (path_exists(run.folder / "manifest.json")) run.manifest = parsed(run.folder / "manifest.json");
   if (path_exists(run.folder / "experiment.toml")) {

@@ -396,7 +396,7 @@ class NightRun {
   }
 
   void add_stage_times() {
-    const Json timings = Json::parse(shallow_json(read_file(pool_folder() / "timings.json")));
+    const Json timings = Json::parse(read_json(pool_folder() / "timings.json"));
     for (const Json& stage : timings.at("stages")) {
       if (stage.at("seconds").is_number())
         night_.seconds["pool: " + stage.at("stage").get<std::string>()] = stage.at("seconds");
