@@ -171,6 +171,8 @@ TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one ma
 TEST_CASE("a run of slow piles tells at its beginning how long it takes, others do not") {
   Experiment experiment = small_experiment();
   experiment.mu = {0.3};
+  experiment.response.samples = 64;
+  experiment.response.blocks = 8;
   experiment.figures.response_profiles = false;
   for (const ModelName model : {ModelName::diluted_beads, ModelName::frictional_beads}) {
     const TemporaryFolder folder;
@@ -185,8 +187,8 @@ TEST_CASE("a run of slow piles tells at its beginning how long it takes, others 
     const test::StandardErrorCapture capture;
     run_experiment(experiment, options);
     const std::string told = capture.text();
-    CHECK_THAT(told, Contains("sampling mu = 0.3"));
-    CHECK((told.find("all together roughly ") < told.find("sampling mu")) == (model == ModelName::diluted_beads));
+    CHECK_THAT(told, Contains("sampling "));
+    CHECK((told.find("all together roughly ") < told.find("sampling ")) == (model == ModelName::diluted_beads));
   }
 }
 
