@@ -98,6 +98,42 @@ TEST_CASE("The longest texts of exponents, where there is no power law, leave po
   }
 }
 
+TEST_CASE("An axis that ends where a number would stand has room for its numbers") {
+  const test::TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  for (Transport& result : analysis.results) {
+    for (ResponseProfile& profile : result.profiles) {
+      const auto away = std::count_if(profile.x.begin(), profile.x.end(), [](double x) { return x < -100; });
+      for (auto* values : {&profile.x, &profile.pressure, &profile.standard_error, &profile.fit}) {
+        values->erase(values->begin(), values->begin() + away);
+        values->resize(values->size() - static_cast<std::size_t>(away));
+      }
+      REQUIRE(profile.x.front() == -100);
+    }
+  }
+  const std::string id = plot_response_profiles(analysis.results, {}, run.path()).id;
+  const std::string svg = read_file(run / ("figures/" + id + ".svg"));
+  CHECK(contains(svg, ">50<"));
+  CHECK_FALSE(contains(svg, ">−100<"));
+  check_at_widths_of_journals(run / "figures", id);
+}
+
+TEST_CASE("A plotted figure says by which command, in every format, and a PNG how wide it is on paper") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  FigureStyle style;
+  style.language = "de";
+  style.width_mm = 120;
+  for (const char* format : {"pdf", "svg", "eps", "png", "tikz"}) {
+    style.format = format;
+    CAPTURE(format);
+    const std::string bytes = plot_again(run / "figures", id, style).bytes;
+    CHECK(contains(bytes, fmt::format("granuscope figure OUT {} --format {} --width 120mm --font-size 9", id, format)));
+    CHECK(contains(bytes, " --language de"));
+    if (style.format == "png") CHECK(contains(bytes, std::string("pHYs\0\0\x2e\x23\0\0\x2e\x23\1", 13)));
+  }
+}
+
 TEST_CASE("A figure as it is, plotted again, has the same bytes") {
   const test::TemporaryFolder run;
   const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
@@ -200,7 +236,8 @@ TEST_CASE("A figure or style that cannot be is refused") {
   for (const char* format : {"svg", "pdf", "eps", "png"}) {
     crowded.format = format;
     CHECK_THROWS_WITH(plot_again(run / "figures", wide, crowded),
-                      Catch::Contains("“diffusion coefficient D  (bead diameters)” of 9 pt has no room"));
+                      Catch::Contains("“diffusion coefficient D  (bead diameters)” of 9 pt has no room") &&
+                          Catch::Contains("or --font-size 6.5"));
   }
   crowded.width_mm = 86;
   CHECK_NOTHROW(plot_again(run / "figures", wide, crowded));

@@ -359,12 +359,16 @@ std::string note_of(const ProfilePanel& panel) {
   return note;
 }
 
+/// Beside the right end of an axis there is no room for half of a number.
+constexpr double room_for_half_a_number = -0.03;
+
 /// What the script is told of each depth.
 Json fields_of(const std::vector<ProfilePanel>& panels, int layers_computed, double close_view) {
   Json all = Json::array();
   for (const ProfilePanel& panel : panels) {
     const double centre = centre_of(panel);
-    const Axis axis = linear_axis("", range_of(centre - close_view, centre + close_view), 5);
+    const Range close = range_of(centre - close_view, centre + close_view);
+    const Axis axis = linear_axis("", close, 5, widened(close, room_for_half_a_number));
     all.push_back({{"number", all.size() + 1},
                    {"file", fmt::format("{}-layer-{}.csv", profiles_id, panel.profile->layer)},
                    {"head", head_of(panel, layers_computed)},
@@ -429,7 +433,8 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
               {"how_many", panels.size()},
               {"detailed", detailed},
               {"reach", reach},
-              {"position", axis_json(linear_axis("position x  (bead diameters)", x_axis, 5))},
+              {"position", axis_json(linear_axis("position x  (bead diameters)", x_axis, 5,
+                                                 widened(x_axis, room_for_half_a_number)))},
               {"response", axis_json(linear_axis("response P(x)", y_axis, 6, range))},
               {"residual", axis_json({"residual / σ", -reach, 1.6 * reach, false, three_marks(reach)})},
               {"right_hand_peak", "right-hand peak"}};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <sstream>
@@ -112,24 +113,34 @@ std::string with_tex_texts(const std::string& tikz) {
   return result;
 }
 
-/// Says which figure it is, and of which program, where gnuplot leaves no room for a label.
-std::string marked(std::string bytes, const std::string& format, const std::string& id) {
-  const std::string mark = fmt::format("granuscope figure {}", id);
-  if (format == "eps") bytes.insert(bytes.find('\n') + 1, "% " + mark + "\n");
-  if (format == "tikz") {
+/// The command that plots it again from the folder of its run.
+std::string command_of(const std::string& id, const FigureStyle& style) {
+  return fmt::format("granuscope figure OUT {} --format {}{} --font-size {} --font {}{}", id, style.format,
+                     style.width_mm == 0 ? "" : fmt::format(" --width {}mm", style.width_mm), style.font_points,
+                     gnuplot_string(style.font), style.language == "en" ? "" : " --language " + style.language);
+}
+
+/// Says by which command it was plotted, where gnuplot leaves no room for a label, and how wide a PNG is on paper.
+std::string marked(std::string bytes, const std::string& id, const FigureStyle& style) {
+  const std::string mark = command_of(id, style);
+  if (style.format == "eps") bytes.insert(bytes.find('\n') + 1, "% " + mark + "\n");
+  if (style.format == "tikz") {
     bytes.insert(
         0, fmt::format("% {}; needs \\usepackage{{gnuplot-lua-tikz}}, which comes with gnuplot, not with TeX\n", mark));
   }
-  if (format == "png") {  // a piece "tEXt" behind the header, which is the first 33 bytes of every PNG
+  if (style.format == "png") {  // pieces behind the header, which is the first 33 bytes of every PNG
     const auto number = [](uLong value) {
       std::string text;
       for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>((value >> shift) & 0xff);
       return text;
     };
-    const std::string text = std::string("tEXtSoftware") + '\0' + mark;
-    const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
     constexpr std::size_t header = 33, kind = 4;
-    if (bytes.size() > header) bytes.insert(header, number(text.size() - kind) + text + number(sum));
+    constexpr uLong pixels_per_metre = 11811;  // 300 an inch
+    for (const std::string& text : {std::string("tEXtSoftware") + '\0' + mark,
+                                    "pHYs" + number(pixels_per_metre) + number(pixels_per_metre) + '\1'}) {
+      const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
+      if (bytes.size() > header) bytes.insert(header, number(text.size() - kind) + text + number(sum));
+    }
   }
   return bytes;
 }
@@ -240,7 +251,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     FigureStyle tikz = style;
     tikz.format = "tikz";
     PlottedFigure plotted = plot_again(figures, id, tikz);
-    plotted.bytes = marked(eps_by_tex(plotted.bytes, id, style.font_points), style.format, id);
+    plotted.bytes = marked(eps_by_tex(plotted.bytes, id, style.font_points), id, style);
     return plotted;
   }
   require_gnuplot();
@@ -304,12 +315,6 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     throw EnvironmentError(
         "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id, what);
   };
-  const auto require_fit = [&](bool fits, const std::string& text) {
-    if (fits) return;
-    throw InputError("{} of {:g} pt has no room in the figure {}{}; give a smaller --font-size or a greater --width",
-                     text, style.font_points, id,
-                     style.width_mm == 0 ? "" : fmt::format(", {:g} mm wide", style.width_mm));
-  };
   const auto bytes_as = [&](const std::string& format) {
     std::string settings =
         fmt::format("only = '{}'; points = {}; font = {}", format, style.font_points, gnuplot_string(style.font));
@@ -322,9 +327,11 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     const ProcessResult result = run_process(process);
     const std::string& said = result.standard_error;
     if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(said));
-    require_fit(said.find("too small to hold plot") == std::string::npos &&
-                    said.find("difficulty fitting plot titles") == std::string::npos,
-                "text");
+    if (said.find("too small to hold plot") != std::string::npos ||
+        said.find("difficulty fitting plot titles") != std::string::npos) {
+      throw InputError("text of {:g} pt has no room in the figure {}; give a smaller --font-size or a greater --width",
+                       style.font_points, id);
+    }
     if (is_complaint(said)) fail("it complained: " + single_line(said));
     const fs::path file = scratch.path() / (id + "." + format);
     if (!file_exists(file)) fail("there is no file; the script may be of an older version: run it again");
@@ -339,20 +346,25 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   if (style.format != "tikz" &&
       (style.width_mm != 0 || style.font_points > usual.font_points || style.font != usual.font)) {
     const std::string cut = clipped_text(style.format == "svg" ? bytes : bytes_as("svg"), match ? match->file : "");
-    require_fit(cut.empty(), fmt::format("“{}”", cut));
+    if (!cut.empty()) {
+      const double too_large = std::exchange(style.font_points, std::ceil(2 * style.font_points) / 2 - 0.5);
+      while (style.font_points > least_points && !clipped_text(bytes_as("svg"), match ? match->file : "").empty())
+        style.font_points -= 0.5;
+      throw InputError("“{}” of {:g} pt has no room in the figure {}{}; give a greater --width, or --font-size {:g}",
+                       cut, too_large, id, style.width_mm == 0 ? "" : fmt::format(", {:g} mm wide", style.width_mm),
+                       style.font_points);
+    }
   }
   if (style.format == "pdf") bytes = without_creation_date(std::move(bytes));
   if (auto label = label_of_run(figures / (id + ".svg"))) {
     if (recipe) label->title = plotted.title;
-    label->command = fmt::format("granuscope figure OUT {} --format {}{} --font-size {} --font {}", id, style.format,
-                                 style.width_mm == 0 ? "" : fmt::format(" --width {}mm", style.width_mm),
-                                 style.font_points, gnuplot_string(style.font));
+    label->command = command_of(id, style);
     if (style.format == "pdf") bytes = labelled_pdf(std::move(bytes), *label);
     if (style.format == "svg") bytes = labelled_svg(std::move(bytes), *label);
   }
   if (style.format == "eps") bytes = without_moment(std::move(bytes));
   if (style.format == "tikz") bytes = with_tex_texts(bytes);
-  bytes = marked(std::move(bytes), style.format, id);
+  bytes = marked(std::move(bytes), id, style);
   return plotted;
 }
 
