@@ -554,7 +554,8 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
       granuscope_command({"sample", "--mu", "0.3", "--columns", "24", "--layers", "40", "--load", "point", "-o", pile})
           .code == 0);
   const auto film = [&](const std::string& to, std::vector<std::string> flags) {
-    std::vector<std::string> arguments = {"render", pile, "--film", at + "/" + to, "--height", "270", "--dpi", "60"};
+    std::vector<std::string> arguments = {"render", pile, "--film", at + "/" + to, "--dpi", "60"};
+    if (std::ranges::find(flags, "--height") == flags.end()) arguments.insert(arguments.end(), {"--height", "270"});
     if (flags[0] != "--width") arguments.insert(arguments.end(), {"--width", "480"});
     arguments.insert(arguments.end(), flags.begin(), flags.end());
     return granuscope_command(arguments);
@@ -603,6 +604,12 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
   CHECK(shallow.code == 2);
   CHECK_THAT(shallow.err, Contains("nothing is left to slide over"));
   CHECK(film("none", {"--height", "40"}).code == 2);
+  // Whatever room the numbers beside a frame take, it has the height that was asked for.
+  for (const int height : {200, 240, 279}) {
+    const std::string to = "high" + std::to_string(height);
+    REQUIRE(film(to, {"--step", "30", "--height", std::to_string(height)}).code == 0);
+    CHECK(test::read_png(folder / to / "frame-00000.png").height == height);
+  }
   CHECK(film("none", {"--step", "0"}).code == 2);
   CHECK(film("none", {"--image", at + "/a.png"}).code == 2);
   CHECK_FALSE(std::filesystem::exists(folder / "none"));

@@ -199,6 +199,8 @@ Film::Film(const Pile& pile, const Pile* minus, const FilmSpec& spec, ImageMetad
         "--window, or render a picture instead of a film",
         first_layer_, last_layer_);
   }
+  // A number at the lower end of the axis may reach lower beside several layers.
+  while (layers_seen_ > 1 && Picture(scene_of(spec_of(0)), spec_of(0)).height() > spec.height_px) --layers_seen_;
   scene_spec.height_px = spec.height_px;
   frames_ = static_cast<std::size_t>((last_layer_ - first_layer_ + 1 - layers_seen_) / spec.step) + 1;
 }
