@@ -288,7 +288,8 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
                  Contains("granuscope@\\detokenize{claims/D-of-mu/measured}\\endcsname{\\ensuremath{-1.500(20)}}") &&
                  !Contains("detokenize{gamma}") && Contains("\n% gamma is unknown: x\n") && !Contains("height"));
   CHECK_THAT(granuscope_command({"numbers", at, "--format", "csv"}).out,
-             StartsWith("name,value,standard_error,text\n") && Contains("beta,2.522,0.05,2.522(50)\n"));
+             StartsWith("name,value,standard_error,text\n") && Contains("beta,2.522,0.05,2.522(50)\n") &&
+                 Contains("\ngamma,nan,nan,n/a\n"));
   const auto json = nlohmann::json::parse(granuscope_command({"numbers", at, "--format", "json"}).out);
   CHECK(json.at("beta").at("stderr") == 0.05);
   CHECK(granuscope_command({"numbers", at, "--format", "xml"}).code == 2);
@@ -323,6 +324,10 @@ TEST_CASE("explain tells what a word means, names the nearest words, and lists a
   CHECK_THAT(granuscope_command({"explain", "N"}).out, StartsWith("N, normal force: "));
   CHECK_THAT(granuscope_command({"explain", "n/a"}).out, StartsWith("n/a, "));
   CHECK_THAT(granuscope_command({"explain", "standard", "errors"}).out, StartsWith("standard error, "));
+  const std::string several = granuscope_command({"explain", "D", "block", "jackknife", "not", "decided"}).out;
+  CHECK_THAT(several,
+             StartsWith("D, ") && Contains("\nblock: ") && Contains("\njackknife: ") && Contains("\nverdict, "));
+  CHECK_THAT(granuscope_command({"explain", "block", "zzzzzzzz"}).err, Contains("no word zzzzzzzz"));
   for (const char* word :
        {"block", "jackknife", "pull", "rival", "saturated", "multiplexed", "not decided", "exponent"}) {
     CHECK(granuscope_command({"explain", word}).code == 0);
@@ -331,7 +336,7 @@ TEST_CASE("explain tells what a word means, names the nearest words, and lists a
   std::set<std::string> names;
   for (const GlossaryEntry& entry : glossary()) {
     CHECK_FALSE(entry.text.ends_with('.'));
-    CHECK_THAT(granuscope_command({"explain"}).out, Contains(entry.names.front() + "\n"));
+    CHECK_THAT(granuscope_command({"explain"}).out, Contains(fmt::format("{}\n", fmt::join(entry.names, ", "))));
     for (const std::string& name : entry.names) names.insert(name);
   }
   CHECK(names.size() > 80);

@@ -153,7 +153,8 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
   const std::string pile = (scratch / "pile.h5").string();
   const std::string image = (scratch / "image.png").string();
   REQUIRE(granuscope_command({"sample", "--columns", "20", "--layers", "20", "--out", pile}).code == 0);
-  const std::string before = read_file(pile);
+  const std::string before = read_file(pile), csv = (scratch / "contacts.csv").string();
+  REQUIRE(granuscope_command({"export", pile, csv}).code == 0);
   struct Hostile {
     std::vector<std::string> arguments;
     int code;
@@ -189,6 +190,10 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
       {{"render", pile, "--image", image, "--dpi", "nan"}, 2, "nan dpi is no resolution"},
       {{"render", pile, "--image", image, "--window=nan,1,0,4"}, 2, "the window nan,1,0,4"},
       {{"render", pile, "--image", image, "--window=-1e308,1e308,0,1e308"}, 2, "the layers 0 to 19"},
+      {{"render", pile, image, "--height", "300"}, 2, "--height requires --film"},
+      {{"render", pile, image, "--step", "3"}, 2, "--step requires --film"},
+      {{"contacts", csv, image, "-j", "2"}, 2, "--threads requires --film"},
+      {{"contacts", csv, image, "--window=-5,5,0,9"}, 2, "they reach over -"},
       {{"render", "/dev/zero", "--image", image}, 2, "it is not an ordinary file"},
       {{"render", (scratch / "no\nsuch \033[31m").string(), "--image", image}, 2, "no such [31m' as a pile file: No"},
       {{"doctor", "--out", "/proc/none"}, 3, "something that is needed is missing"},
@@ -459,7 +464,7 @@ TEST_CASE("What nests without end is refused, and so is what was changed since i
   CHECK_THAT(granuscope_command({"numbers", at, "--all"}).out,
              Contains("granuscope@\\detokenize{mu-0.3/x-endcsname-immediate,-\"y}\\endcsname"));
   CHECK_THAT(granuscope_command({"numbers", at, "--all", "--format", "csv"}).out,
-             Contains("\"mu-0.3/x\\endcsname\\immediate, \"\"y\",1.5,,"));
+             Contains("\"mu-0.3/x\\endcsname\\immediate, \"\"y\",1.5,nan,"));
   manifest(sha256("other"));
   const auto changed = granuscope_command({"numbers", at});
   CHECK(changed.code == 2);

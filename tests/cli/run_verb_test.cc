@@ -116,7 +116,9 @@ TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
   gated.push_back("--gate");
   const auto result = granuscope_command(gated);
   CHECK(result.code == 1);
-  CHECK_THAT(result.err, Contains("frictionless"));
+  CHECK_THAT(result.err, Contains("frictionless") && !Contains("asks for nothing"));
+  const auto open = write_config(scratch, smallest_experiment_text + no_pdf);
+  CHECK_THAT(granuscope_command({"run", open.string(), "--gate", "--print-key"}).err, Contains("asks for nothing"));
   // Without an analysis there is no verdict to compare: that must not look like a pass.
   gated.insert(gated.end(), {"--only", "sample"});
   CHECK(granuscope_command(gated).code == 2);

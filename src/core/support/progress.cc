@@ -193,9 +193,7 @@ bool interruption_requested() { return requested_flag.load(std::memory_order_rel
 
 void throw_if_interrupted() {
   if (interruption_requested()) {
-    throw Interrupted(
-        "stopped on request: every finished ensemble is kept, and the same command goes on "
-        "with the next");
+    throw Interrupted("stopped on request: what was drawn is kept, and the same command goes on there");
   }
 }
 

@@ -276,8 +276,8 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
   if (format == "csv") {
     CsvTable table({"name", "value", "standard_error", "text"});
     for (const NamedNumber& number : numbers) {
-      table.add_cells({number.name, number.value.is_null() ? "" : number.value.dump(),
-                       number.standard_error.is_null() ? "" : number.standard_error.dump(), number.text});
+      table.add_cells({number.name, number.value.is_null() ? "nan" : number.value.dump(),
+                       number.standard_error.is_null() ? "nan" : number.standard_error.dump(), number.text});
     }
     return table.text();
   }

@@ -87,6 +87,13 @@ void draw(const Packing& packing, const ContactsOptions& options, VerbContext& c
   ImageMetadata metadata = metadata_of(options);
   metadata.emplace_back("Description", how_many(packing.contacts.size(), "contact"));
   const Scene scene = build_packing_scene(packing, options.mu, options.scene);
+  if (options.scene.window && !packing.contacts.empty() && scene.counts.drawn + scene.counts.too_faint == 0) {
+    SceneSpec whole = options.scene;
+    whole.window.reset();
+    const Extent all = build_packing_scene(packing, options.mu, whole).extent;
+    throw InputError("no contact lies in --window {}; they reach over {:.4g},{:.4g},{:.4g},{:.4g} (y counts upwards)",
+                     options.window, all.x0, all.x1, -all.z1, 0 - all.z0);
+  }
   render_scene(scene, options.scene, options.image.path, metadata);
   const auto pulling = std::ranges::count_if(packing.contacts, [](const auto& one) { return one.placed && one.N < 0; });
   const auto lost = std::ranges::count(packing.contacts, false, &PackingContact::placed);
@@ -235,6 +242,7 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--film", options->film.folder,
                    "folder: instead of all else a picture of each step, in one window with one colour scale");
   verb->add_option("-j,--threads", options->film.threads, "of a film: threads, 0 for all; never changes a pixel")
+      ->needs("--film")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->callback([options, verb] {

@@ -132,7 +132,7 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
   if (word.empty()) {
     std::vector<std::string> words;
     words.reserve(all.size());
-    for (const GlossaryEntry& entry : all) words.push_back(entry.names.front());
+    for (const GlossaryEntry& entry : all) words.push_back(fmt::format("{}", fmt::join(entry.names, ", ")));
     context.out << fmt::format("{}\n", fmt::join(words, "\n"));
     return ExitCode::done;
   }
@@ -151,6 +151,20 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
   return ExitCode::done;
 }
 
+/// Several words are one name, as long a one as the glossary has, or each by itself.
+ExitCode explain_words(std::vector<std::string> words, VerbContext& context) {
+  if (words.empty()) return explain_word("", context);
+  const std::vector<GlossaryEntry> all = glossary();
+  for (std::size_t count = 0; !words.empty(); words.erase(words.begin(), words.begin() + static_cast<int>(count))) {
+    const auto name = [&] {
+      return fmt::format("{}", fmt::join(words.begin(), words.begin() + static_cast<int>(count), " "));
+    };
+    for (count = words.size(); count > 1 && meanings_of(name(), all).empty();) --count;
+    explain_word(name(), context);
+  }
+  return ExitCode::done;
+}
+
 }  // namespace
 
 void add_explain_verb(CLI::App& app, VerbContext& context) {
@@ -158,7 +172,7 @@ void add_explain_verb(CLI::App& app, VerbContext& context) {
       app.add_subcommand("explain", "Say what a word of the report means, such as c_thrust, pull or block");
   const auto word = std::make_shared<std::vector<std::string>>();
   verb->add_option("WORD", *word, "which one (a list if not given)");
-  context.actions[verb] = [word, &context] { return explain_word(fmt::format("{}", fmt::join(*word, " ")), context); };
+  context.actions[verb] = [word, &context] { return explain_words(*word, context); };
 }
 
 namespace {

@@ -291,9 +291,13 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
                    "folder: instead of a picture, numbered frames of a window that slides down the pile (--window: all "
                    "that is seen; 1280 pixels wide and 110 dpi unless given)");
   verb->add_option("--height", options->film.height_px, "of a film: height of a frame in pixels")
+      ->needs("--film")
       ->capture_default_str();
-  verb->add_option("--step", options->film.step, "of a film: layers from frame to frame")->capture_default_str();
+  verb->add_option("--step", options->film.step, "of a film: layers from frame to frame")
+      ->needs("--film")
+      ->capture_default_str();
   verb->add_option("-j,--threads", options->frames.threads, "of a film: threads, 0 for all; never changes a pixel")
+      ->needs("--film")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");

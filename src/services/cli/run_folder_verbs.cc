@@ -149,7 +149,7 @@ void add_pack_verb(CLI::App& app, VerbContext& context) {
       "pack", "Pack a finished run into one archive, a research object (Process Run Crate) to be kept and passed on");
   const auto options = std::make_shared<PackVerbOptions>();
   verb->add_option("OUT", options->folder, "folder of the run")->required();
-  add_output(*verb, "-o,--out", options->archive, "archive to write (zip)")->required();
+  add_output(*verb, "ARCHIVE,-o,--out", options->archive, "archive to write (zip)")->required();
   verb->add_option("--citation", options->citation,
                    "CITATION.cff whose authors and licence the archive is to name (default: the one in this folder)");
   verb->add_flag("--with-ensembles", options->with_ensembles,
@@ -168,7 +168,7 @@ void add_article_verb(CLI::App& app, VerbContext& context) {
       "Write the skeleton of an article that replicates the paper (ReScience C) from a finished run, in LaTeX");
   const auto options = std::make_shared<Options>();
   verb->add_option("OUT", options->folder, "folder of the run")->required();
-  verb->add_option("-o,--out", options->target, "new folder for the article")->required();
+  verb->add_option("FOLDER,-o,--out", options->target, "new folder for the article")->required();
   verb->add_option("--citation", options->citation,
                    "CITATION.cff whose authors the article is to name (default: the one in this folder)");
   context.actions[verb] = [options, &context] {

@@ -131,6 +131,8 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
         "--gate compares verdicts, but the stages of --only reach none, so that it would always be content; add --only "
         "analyse or drop one of them");
   }
+  if (given.gate && experiment.expected_verdicts.empty())
+    context.err << "--gate asks for nothing, since the experiment has no [gate.expect] (claim = \"verdict\")\n";
   if (given.print_key) {
     context.out << fmt::format("{}-{}\n", cache_key(print_experiment(experiment)), sampling_version);
     return ExitCode::done;
