@@ -46,7 +46,8 @@ def main():
     with h5py.File(sys.argv[1]) as file:
         settings = json.loads(file.attrs["configuration_json"])
         if settings["estimator"] != "point":
-            sys.exit(f"the estimator of this ensemble is {settings['estimator']}, and not point")
+            sys.exit(f"the estimator of this ensemble is {settings['estimator']}, and not point; "
+                     f"`granuscope export {sys.argv[1]} response.csv` writes its mean response at each layer")
         x, profile = response(file, int(sys.argv[2]), settings["overload"])
         print("x,P")
         print("#bead diameters,1/bead diameter")
