@@ -147,7 +147,7 @@ TEST_CASE("An unknown number is listed as such, with its reason for TeX, which w
   CHECK(numbers.size() == 2);
   CHECK(numbers["mu-0.1/c"]["value"].is_null());
   CHECK(list_numbers(summary.dump(), "csv", c) ==
-        "name,value,standard_error,text\nmu-0.1/c,,,n/a\nmu-0.3/c,0.56,0.01,0.560(10)\n");
+        "name,value,standard_error,text\nmu-0.1/c,nan,nan,n/a\nmu-0.3/c,0.56,0.01,0.560(10)\n");
   const std::string tex = list_numbers(summary.dump(), "tex", c);
   CHECK(test::contains(tex, "\n% mu-0.1/c is unknown: too few piles\n"));
   CHECK_FALSE(test::contains(tex, "detokenize{mu-0.1/c}"));
