@@ -337,3 +337,11 @@ TEST_CASE("The commands of the Snakefile, in its order, leave the bytes of one r
     CHECK((read_file(folder / "out" / file) == read_file(folder / "one" / file)));
   }
 }
+
+TEST_CASE("submit.sh without its arguments says what they are") {
+  const test::TemporaryFolder folder;
+  const ProcessResult result =
+      in_shell(folder.path(), "sh " GRANUSCOPE_SOURCE_DIR "/examples/cluster/submit.sh e.toml");
+  CHECK(result.exit_code == 2);
+  CHECK_THAT(result.standard_error, Contains("submit.sh EXPERIMENT FOLDER [SHARDS]"));
+}

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -21,6 +22,7 @@
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
 using Catch::Matchers::StartsWith;
 
 namespace {
@@ -81,6 +83,77 @@ TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
   CHECK_THAT(granuscope_command({"-H"}).err, Contains("did you mean -h (--help)?"));
   for (const char* dashes : {"-", "--"}) CHECK(granuscope_command({dashes}).code == 2);
   CHECK_THAT(granuscope_command({"audit", "one", "two", "three"}).err, Contains("\"two\" is one word more"));
+}
+
+namespace {
+
+/// A slip, and words of its answer: the command that was meant.
+struct Slip {
+  std::vector<std::string> words;
+  std::string answer;
+};
+
+const std::string picture = GRANUSCOPE_SOURCE_DIR "/tests/data/pictures/point.h5";
+
+const std::vector<Slip> slips = {
+    // A key of the file as a flag
+    {{"run", "s.toml", "--mu", "0.2"}, "run has no flag --mu (write --set friction.mu=0.2);"},
+    {{"run", "s.toml", "--mu=0.2,0.3"}, "(write --set friction.mu=0.2,0.3)"},
+    {{"run", "s.toml", "--samples", "256"}, "(write --set response.samples=256)"},
+    {{"run", "s.toml", "--seed", "2"}, "(write --set sampling.seed=2)"},
+    {{"run", "s.toml", "--first-layer", "9", "--pdf"}, "--pdf (write --set report.pdf=VALUE)"},
+    {{"nightly", "s.toml", "--history", "h", "--samples", "256"}, "(write --set response.samples=256)"},
+    {{"new", "--columns", "100"}, "or: granuscope run FILE --set lattice.columns=100)"},
+    {{"new", "--law", "polytope"}, "or: granuscope run FILE --set sampling.law=polytope)"},
+    // Flags and verbs of other programs
+    {{"render", "p.h5", "--cmap", "grey"}, "(did you mean --colour-map?)"},
+    {{"render", "p.h5", "--colormap", "grey"}, "(did you mean --colour-map?)"},
+    {{"run", "s.toml", "--output", "o"}, "--output (did you mean -o?)"},
+    {{"run", "s.toml", "-n", "4"}, "-n (did you mean -j?)"},
+    {{"run", "s.toml", "--resume"}, "--resume (the same command goes on from where it stopped)"},
+    {{"run", "s.toml", "--OUT", "o"}, "--OUT (did you mean --out?)"},
+    {{"plot"}, "did you mean: granuscope figure OUT?"},
+    {{"status"}, "did you mean: granuscope run FILE --dry-run?"},
+    {{"quick"}, "did you mean: granuscope example quick?"},
+    // A number that is none
+    {{"new", "--mu", "0.1:0.3:0.1"}, "--mu: 0.1:0.3:0.1 is not a number"},
+    {{"new", "--error-of", "c=0.3%"}, "--error-of c=0.3%: 0.3% is not a number"},
+    // A word in the place of another
+    {{"figure", "out/s", "response-profiles", "r.png"},
+     "\"r.png\" is one word more than is expected here; write -o r.png;"},
+    {{"sample", "--mu", "0.3", "pile.h5"}, "write -o pile.h5;"},
+    {{"numbers", "out/s", "mu-0.2/c"}, "write --only mu-0.2/c;"},
+    {{"new", "mine.toml"}, "write -o mine.toml;"},
+    {{"render", "pile.png"}, "pile.png is a picture, and the pile comes first: granuscope render PILE.h5 pile.png"},
+    {{"render", picture, "film.mp4"}, "film.mp4 is a film, of which render makes the frames"},
+    {{"render", picture, "--film", "film.mp4"}, "give a folder for them: --film FOLDER"},
+    {{"render", picture, "a.png", "--language", "French"}, "there is no language french for figures; write fr,"},
+};
+
+}  // namespace
+
+TEST_CASE("Each slip is answered with the command that was meant") {
+  for (const Slip& slip : slips) {
+    const auto result = granuscope_command(slip.words);
+    INFO(slip.words.front() << ' ' << slip.words.back());
+    CHECK(result.code == 2);
+    CHECK_THAT(result.err, Contains(slip.answer));
+  }
+  CHECK_FALSE(std::filesystem::exists("film.mp4"));
+  // What is offered is there.
+  const std::string flags = granuscope_command({"reference", "--verbs"}).out;
+  std::istringstream hints{std::string(template_file("hints.txt"))};
+  for (std::string line; std::getline(hints, line);) {
+    if (line.starts_with('#')) continue;
+    const std::string word = line.substr(0, line.find(" = ")), here = line.substr(line.find(" = ") + 3);
+    INFO(line);
+    if (here.starts_with('-')) CHECK_THAT(flags, Contains(here + ",") || Contains(here + "`"));
+    if (word.starts_with('-')) continue;
+    CHECK_THAT(granuscope_command({word}).err, Contains("did you mean: granuscope " + here + "?"));
+    CHECK(granuscope_command({"help", here.substr(0, here.find(' '))}).code == 0);
+  }
+  CHECK_THAT(granuscope_command({"new", "--mu", "0.2", "--error-of", "D=0.00001", "--layers", "60"}).out,
+             Contains("; not reached: precision.most_samples = 100000 ends it there, about "));
 }
 
 TEST_CASE("Every built-in example is listed by its title, and printed as it stands in examples/") {
@@ -259,7 +332,7 @@ TEST_CASE("The Python examples read an ensemble and a pile") {
 TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted again") {
   const test::TemporaryFolder folder;
   std::ofstream(folder / "summary.json")
-      << R"({"schema": 2, "results": [{"mu": 0.3, "c": {"value": 0.5607, "stderr": 0.0005}, "samples": 3456}],
+      << R"({"schema": 2, "results": [{"mu": 0.3, "c": {"value": 0.5607, "stderr": 0.0005}, "samples": 3456, "peak_position": 7}],
              "scaling": {"beta": {"value": 2.522, "stderr": 0.05}, "gamma": {"value": null, "stderr": null, "reason": "x"},
                          "alpha": {"value": 1.10437, "stderr": 0.032, "power_law": false}},
              "claims": [{"id": "D-of-mu", "measured": -1.5, "stderr": 0.02}], "figures": [{"id": "b", "title": "Forces of a bead", "height": 3}, {"id": "piles", "title": "Piles"}]})";
@@ -277,9 +350,17 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
         std::vector<std::string>{"mu-0.3/c", "beta", "gamma", "alpha", "claims/D-of-mu/measured"});  // no samples
   CHECK(names({"--only", "c,beta"}) == std::vector<std::string>{"mu-0.3/c", "beta"});
   CHECK(names({"--only", "samples"}) == std::vector<std::string>{"mu-0.3/samples"});
-  CHECK(names({"--all", "--only", "mu-0.3"}) == std::vector<std::string>{"mu-0.3/mu", "mu-0.3/c", "mu-0.3/samples"});
+  CHECK(names({"--all", "--only", "mu-0.3"}) ==
+        std::vector<std::string>{"mu-0.3/mu", "mu-0.3/c", "mu-0.3/samples", "mu-0.3/peak_position"});
   CHECK_THAT(granuscope_command({"numbers", at, "--only", "delta"}).err, Contains("no number has the name delta"));
   CHECK_THAT(granuscope_command({"numbers", at, "--only", "c, delta "}).err, Contains("no number has the name delta;"));
+  for (const auto& [wrong, meant] : std::map<std::string, std::string>{{"C", "did you mean c?"},
+                                                                       {"mu=0.3/c", "; there are mu-0.3; "},
+                                                                       {"mu-0.30/c", "; there are mu-0.3; "},
+                                                                       {"mu-0.25/c", "; there are mu-0.3; "},
+                                                                       {"x_p", "did you mean peak_position?"}}) {
+    CHECK_THAT(granuscope_command({"numbers", at, "--only", wrong}).err, Contains(meant));
+  }
   CHECK_THAT(tex.out,
              Contains("\\csname granuscope@\\detokenize{beta}\\endcsname{\\ensuremath{2.522(50)}}") &&
                  Contains("granuscope@\\detokenize{mu-0.3/c}\\endcsname{\\ensuremath{0.56070(50)}}") &&
@@ -304,7 +385,18 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK(granuscope_command({"figure", at}).out ==
         "1  b      Forces of a bead\n2  piles  Piles (a picture: granuscope render)\n3  a\n");
   CHECK_THAT(granuscope_command({"figure", at, "4"}).err, Contains("there is no figure 4") && Contains("1 to 3"));
-  CHECK_THAT(granuscope_command({"figure", at, "3"}).err, Contains("a.json"));
+  for (const char* third : {"3", "fig3", "figure3"})
+    CHECK_THAT(granuscope_command({"figure", at, third}).err, Contains("a.json"));
+  std::filesystem::copy_file(GRANUSCOPE_SOURCE_DIR "/examples/figures/force-chains.png", folder / "figures/piles.png");
+  CHECK_THAT(granuscope_command({"figure", at, "piles"}).err,
+             Contains("piles is a picture of beads") &&
+                 Contains(": granuscope render force-chains.h5 --image IMAGE --scene ") &&
+                 EndsWith(" --window=-35,35,0,59\n"));
+  std::ofstream(folder / "manifest.json")
+      << R"({"stages": ["plot", "report"], "skipped": ["The figure of c is left out: why.", "x"]})";
+  CHECK_THAT(granuscope_command({"figure", at, "c-of-mu"}).err,
+             EndsWith("there is no plot c-of-mu; The figure of c is left out: why.\n"));
+  std::filesystem::remove(folder / "manifest.json");
   CHECK_THAT(granuscope_command({"figure", at, "pile"}).err, Contains("did you mean piles?"));
   CHECK_THAT(granuscope_command({"run", "no-such-folder/quick"}).err,
              Contains("granuscope example quick >quick.toml writes the built-in one"));
@@ -328,10 +420,11 @@ TEST_CASE("explain tells what a word means, names the nearest words, and lists a
   CHECK_THAT(several,
              StartsWith("D, ") && Contains("\nblock: ") && Contains("\njackknife: ") && Contains("\nverdict, "));
   CHECK_THAT(granuscope_command({"explain", "block", "zzzzzzzz"}).err, Contains("no word zzzzzzzz"));
-  for (const char* word :
-       {"block", "jackknife", "pull", "rival", "saturated", "multiplexed", "not decided", "exponent"}) {
+  for (const char* word : {"block", "jackknife", "pull", "p", "moved", "primary", "rival", "saturated", "multiplexed",
+                           "not decided", "exponent"}) {
     CHECK(granuscope_command({"explain", word}).code == 0);
   }
+  CHECK_THAT(granuscope_command({"explain", "pull"}).out, Contains("from the paper's") && Contains("two runs"));
   CHECK(granuscope_command({"explain", "zzzzzzzz"}).code == 2);
   std::set<std::string> names;
   for (const GlossaryEntry& entry : glossary()) {
@@ -471,6 +564,28 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK_THAT(granuscope_command({"new", "--mu", "2"}).err, Contains("friction.mu: 2 is out of range"));
   CHECK_THAT(granuscope_command({"new", "--estimator", "points"}).err, Contains("multiplexed"));
   CHECK_THAT(granuscope_command({"new", "--estimator", "paired"}).err, Contains("gives no c and D"));
+}
+
+TEST_CASE("A new experiment says where c and D will be unknown, with an error wanted and without") {
+  const std::string why = "at layer 39 the fitted width ";
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--error-of", "c=0.01"}}) {
+    std::vector<std::string> words = {"new", "--mu", "0.1,0.3", "--layers", "60"};
+    words.insert(words.end(), more.begin(), more.end());
+    CHECK_THAT(granuscope_command(words).out, Contains(why) && Contains("take more layers"));
+  }
+  CHECK_THAT(granuscope_command({"new", "--mu", "0.2,0.3", "--layers", "60"}).out, !Contains("unknown"));
+}
+
+TEST_CASE("Piles that are there for a precision are said to be there once") {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder / "e.toml").string(), out = (folder / "out").string();
+  REQUIRE(granuscope_command({"new", "--mu", "0.3", "--layers", "60", "--error-of", "c=0.01", "-o", file}).code == 0);
+  const std::vector<std::string> run = {"run", file, "--out", out, "--set", "lattice.columns=128"};
+  std::vector<std::string> sample = run, plan = run;
+  sample.insert(sample.end(), {"--only", "sample", "-q"});
+  plan.emplace_back("--dry-run");
+  REQUIRE(granuscope_command(sample).code == 0);
+  CHECK_THAT(granuscope_command(plan).out, Contains("(by the errors so far) (there already)\n"));
 }
 
 TEST_CASE("Each thing that is wrong with a file has a line of its own") {

@@ -580,7 +580,12 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
   CHECK(one.err.find("pad=") == std::string::npos);
   const auto odd = film("it's 5%", {"--width", "481", "--step", "10"});
   CHECK_THAT(odd.err, Contains("it'\\''s 5%%/frame-%05d.png' -vf 'pad="));
-  CHECK_THAT(one.err, Contains("wrote " + std::to_string(frames) + " frames of"));
+  CHECK_THAT(one.err, Contains("wrote " + std::to_string(frames) + " frames of") &&
+                          Contains("the lowest 20 layers follow another law"));
+  {
+    const test::SearchPath none((folder / "no-programs").string());
+    CHECK_THAT(film("three", {"--step", "10"}).err, Contains("a video of them takes ffmpeg, which is not here:"));
+  }
 
   // The frame is in one place from the first to the last, whatever numbers stand beside it: nothing but white above it,
   // and its corner where both have it.

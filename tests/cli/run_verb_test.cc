@@ -303,12 +303,18 @@ TEST_CASE("a folder at work ends with 5, and --quiet says nothing") {
   CHECK(quiet.standard_error.empty());
   CHECK(fs::exists(scratch / "out/figures/response-profiles.svg"));
 
+  CHECK_THAT(granuscope_command({"merge", out}).err,
+             Contains("nothing was to be joined for " + out + "; granuscope run"));
   const int folder = ::open(out.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   REQUIRE(::flock(folder, LOCK_EX | LOCK_NB) == 0);
   const CommandResult busy = granuscope_command({"run", config, "--out", out});
+  spec.environment = {{"OMPI_COMM_WORLD_RANK", "1"}, {"OMPI_COMM_WORLD_SIZE", "2"}};
+  const ProcessResult of_mpirun = run_process(spec);
   ::close(folder);
   CHECK(busy.code == 5);
-  CHECK_THAT(busy.err, Contains("another run or shard is working"));
+  CHECK_THAT(busy.err, Contains("another run or shard is working") && !Contains("mpirun"));
+  CHECK(of_mpirun.exit_code == 5);
+  CHECK_THAT(of_mpirun.standard_error, Contains("let it start granuscope-mpi run, or give --shard auto"));
 }
 
 TEST_CASE("run --keep-going loses only what the machine lacks") {

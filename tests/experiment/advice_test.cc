@@ -70,6 +70,7 @@ const std::vector<Refused> refusals = {
     {"[friction]\nmu = 1.8\n", "at least 0 and less than 1.732", {"friction.mu=0"}},
     {"[friction]\nmu = []\n", "give 1 to 1000 values", {"friction.mu=[0.3]"}},
     {"[friction]\nmu = [0.3, 0.3]\n", "remove one", {"friction.mu=[0.3]"}},
+    {"[friction]\nmu = \"0.2,0.3\"\n", "write mu = [0.2, 0.3]:", {"friction.mu=0.2,0.3"}},
     {"[friction]\nmu = [0,2, 0,3]\n", "or write points where these are decimal commas", {"friction.mu=[0.2, 0.3]"}},
     {"[scan]\nparameter = \"nu\"\nvalues = [0.1]\n", "choose one of: mu, bead_weight", {"scan.parameter=mu"}},
     {"[scan]\nparameter = \"lambda\"\nvalues = [0.1, 2]\n[sampling]\nlaw = \"polytope\"\n",

@@ -528,6 +528,9 @@ TEST_CASE("A whole number may be written with a point or an exponent") {
         std::vector<double>{0.1, 0.3, 0.8});
   CHECK(parse_experiment("[friction]\nmu = 0.30000000000001\n", "mine.toml").mu[0] == 0.30000000000001);
   CHECK(parse_experiment("[friction]\nmu = 0.12345678901234568\n", "mine.toml").mu[0] == 0.12345678901234568);
+  // Behind --set as behind --mu; one comma alone may be a decimal one.
+  CHECK(parse_experiment("[friction]\nmu = 0\n", "x", {"friction.mu=0.2,0.3"}).mu == std::vector<double>{0.2, 0.3});
+  CHECK_THROWS_AS(parse_experiment("[friction]\nmu = 0\n", "x", {"friction.mu=0,3"}), InputError);
   CHECK_THAT(refusal_of_file("[response]\nsamples = 1e30\n"), Contains("must be a whole number"));
   CHECK_THAT(refusal_of_file("[response]\nsamples = inf\n"), Contains("must be a whole number"));
 }

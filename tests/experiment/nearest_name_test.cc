@@ -20,6 +20,7 @@ TEST_CASE("The nearest name is found, a far one is not") {
   CHECK(nearest_name("colums", known) == "columns");
   CHECK(nearest_name("layer", known) == "layers");
   CHECK(nearest_name("um", known) == "mu");
+  CHECK(nearest_name("C", {"D", "c"}) == "c");
   CHECK(nearest_name("out", {"set", "law"}) == std::nullopt);  // two of three letters are others
   CHECK(nearest_name("temperature", known) == std::nullopt);
   CHECK(nearest_name(std::string(1000, 'x'), known) == std::nullopt);

@@ -158,6 +158,11 @@ TEST_CASE("Another seed is held against by its primary numbers, another law not 
   CHECK_THAT(describe(moved)[1], Contains("moved: c at mu = 0.3"));
   CHECK_THAT(moved.causes.at(0), Contains("seed/summary.json: changed or damaged since its run"));
 
+  Experiment dealt = plain_experiment();
+  dealt.response.blocks = dealt.response.blocks == 8 ? 16 : 8;
+  run_experiment(dealt, quiet(scratch / "blocks"));
+  CHECK(compare_runs(a_run(), scratch / "blocks").likeness == Likeness::other_samples);
+
   const std::string text = read_file(a_run() / "experiment.toml");
   const Copy copy;
   std::string edited = text;

@@ -266,7 +266,9 @@ TEST_CASE("An accepted experiment is the one that is run from then on", "[long]"
   Experiment other = experiment();
   other.sampling.seed = 99;
   other.name = "with another name, too";
-  CHECK(told(run_night(other, options)) == std::set<std::string>{"experiment"});
+  const Night of_other = run_night(other, options);
+  CHECK(told(of_other) == std::set<std::string>{"experiment"});
+  CHECK_THAT(of_other.alarms.at(0).what, Contains("take the old file again, begin another --history, or accept"));
   accept_night(history.path(), 2);
   CHECK(told(run_night(other, options)).empty());
   Experiment renamed = other;

@@ -171,7 +171,7 @@ std::string reason_against_identification(const ShapeFit& fit, const PeakEvidenc
   if (std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
   if (fit.shape.width < spec.min_identifiable_width) {
     return fmt::format(
-        "the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it; deeper peaks are wider",
+        "the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it; take more layers",
         fit.shape.width, spec.min_identifiable_width);
   }
   // What goes to which side tells x_p from W also where the peaks overlap.

@@ -158,7 +158,7 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   const FittedRun run = fitted_run(depths, spec, t.rows(), t.exact, used);
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
-    const std::string how_many = used.empty() ? "no depth" : used.size() == 1 ? "one depth" : "two depths";
+    const std::string how_many = used.empty() ? "none" : used.size() == 1 ? "one" : "two";
     static_assert(min_depths == 3);
     const auto deepest_refused = std::find_if(depths.rbegin(), depths.rend(), [&](const MeasuredDepth& depth) {
       return in_window(spec, depth.fit.layer) && !depth.fit.identifiable;
@@ -166,10 +166,10 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
     const std::string why =
         deepest_refused == depths.rend()
             ? ""
-            : fmt::format("; at layer {}: {}", deepest_refused->fit.layer, deepest_refused->fit.reason);
+            : fmt::format("at layer {} {}; ", deepest_refused->fit.layer, deepest_refused->fit.reason);
     const std::string reason =
-        fmt::format("from the end of the window, layers {} to {}, upwards {} can be fitted, and a slope needs {}{}",
-                    spec.first_layer, spec.last_layer, how_many, min_depths, why);
+        fmt::format("{}a slope needs {} depths from the end of the window, layers {} to {}, upwards, and has {}", why,
+                    min_depths, spec.first_layer, spec.last_layer, how_many);
     set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;

@@ -240,6 +240,15 @@ std::string eps_by_tex(const std::string& tikz, const std::string& id, double po
   return without_moment(read_file(scratch.path() / "figure.eps"));
 }
 
+/// The command that a picture (PNG) of this program holds, in a piece iTXt, whose size stands before its name.
+std::string source_of(const fs::path& picture) {
+  const std::string bytes = read_file(picture);
+  const std::size_t at = std::min(bytes.find("iTXtSource", 4), bytes.size()), text = at + 15;
+  if (text >= bytes.size()) return "see the report";
+  const auto of_size = [&](std::size_t back) { return std::size_t{static_cast<unsigned char>(bytes[at - back])}; };
+  return bytes.substr(text, of_size(2) * 256 + of_size(1) - 11);
+}
+
 }  // namespace
 
 PlottedFigure plot_again(const fs::path& figures, const std::string& id, const FigureStyle& asked) {
@@ -262,12 +271,12 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   const std::vector<std::string> known = plots_in(figures);
   std::error_code none;
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
-    const bool picture = fs::is_regular_file(figures / (id + ".png"), none);
-    throw InputError(
-        "{}: {}; the plots there are: {}", figures.string(),
-        picture ? id + " is a picture of beads: granuscope render makes it at any size, as the report says below it"
-                : "there is no plot " + id,
-        known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
+    if (fs::is_regular_file(figures / (id + ".png"), none)) {
+      throw InputError("{} is a picture of beads, which granuscope render makes at any size (--width), in {}: {}", id,
+                       figures.parent_path().string(), source_of(figures / (id + ".png")));
+    }
+    throw InputError("{}: there is no plot {}; the plots there are: {}", figures.string(), id,
+                     known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
   }
   const fs::path recipe_file = figures / (id + ".json");
   const std::optional<FigureRecipe> recipe = recipe_of_run(recipe_file, id, style.trust_script);

@@ -131,9 +131,12 @@ std::string terms_of(const ScanParameter& parameter, double angle) {
 std::string_view catalogue_of(const std::string& language) {
   if (language == "en") return "";
   if (language == "fr" || language == "de") return template_file(language + "/plot/labels.txt");
-  throw InputError(
-      "there is no language {} for figures; choose en, fr or de, or give a folder with plot/labels.txt by --templates",
-      single_line(language));
+  const std::string begins = lower_case(language.substr(0, 2));
+  throw InputError("there is no language {} for figures; {}, or give a folder with plot/labels.txt by --templates",
+                   single_line(language),
+                   begins == "fr"                     ? "write fr"
+                   : begins == "ge" || begins == "de" ? "write de"
+                                                      : "choose en, fr or de");
 }
 
 }  // namespace granuscope

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "report/clean_json.h"
+#include "report/page_overlays.h"
 #include "report/page_scope.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -229,6 +230,23 @@ bool has_part(const std::string& name, const std::string& part) {
   return ('/' + name + '/').find('/' + part + '/') != std::string::npos;
 }
 
+/// What a name was probably meant to be, that no number has: other capitals, what the glossary says for it (x_p is the
+/// peak position), or one of the values that there are.
+std::string meant_by(const std::string& name, const std::vector<NamedNumber>& all, const std::string& scanned) {
+  std::set<std::string> values, meant = {lower_case(name)};
+  for (const GlossaryEntry& entry : glossary()) {
+    if (std::ranges::find(entry.names, name) == entry.names.end()) continue;
+    for (const std::string& other : entry.names) meant.insert(replaced(other, {{' ', "_"}}));
+  }
+  for (const NamedNumber& one : all) {
+    if (one.name.starts_with(scanned + "-")) values.insert(one.name.substr(0, one.name.find('/')));
+    for (const std::string& part : parts_between(one.name, "/")) {
+      if (meant.contains(part) || meant.contains(lower_case(part))) return fmt::format("did you mean {}? ", part);
+    }
+  }
+  return name.starts_with(scanned) ? fmt::format("there are {}; ", fmt::join(values, ", ")) : "";
+}
+
 std::vector<NamedNumber> chosen(const std::vector<NamedNumber>& all, const NumberChoice& choice,
                                 const std::string& scanned) {
   const auto some_of = [&all](const auto& holds) {
@@ -244,7 +262,8 @@ std::vector<NamedNumber> chosen(const std::vector<NamedNumber>& all, const Numbe
     std::vector<NamedNumber> found = some_of([&](const NamedNumber& one) { return listed(one) && has(one); });
     if (found.empty()) found = some_of(has);
     if (found.empty()) {
-      throw InputError("no number has the name {}; `granuscope numbers OUT --all --format csv` lists all names", part);
+      throw InputError("no number has the name {}; {}`granuscope numbers OUT --all --format csv` lists all names", part,
+                       meant_by(part, all, scanned));
     }
     for (const NamedNumber& one : found) names.insert(one.name);
   }

@@ -123,6 +123,17 @@ std::vector<ListedFigure> list_figures(const fs::path& run_folder) {
   return list;
 }
 
+std::string left_out_by_run(const fs::path& run_folder) {
+  if (!file_exists(run_folder / manifest_file)) return "";
+  const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)), nullptr, false);
+  std::string told;
+  for (const auto& one : manifest.is_object() ? manifest.value("skipped", Json::array()) : Json::array()) {
+    if (one.is_string() && one.get<std::string>().find(" is left out") != std::string::npos)
+      told += " " + one.get<std::string>();
+  }
+  return told;
+}
+
 void require_unchanged(const fs::path& run_folder, const std::string& begins, const std::string& ends) {
   const std::string changed = changed_since_run(run_folder, begins, ends);
   if (changed.empty()) return;

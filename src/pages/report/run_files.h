@@ -52,6 +52,9 @@ struct ListedFigure {
 /// there is no folder of figures.
 std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder);
 
+/// What its manifest says that it left out: sentences, with a blank before each.
+std::string left_out_by_run(const std::filesystem::path& run_folder);
+
 /// How a run ended.
 struct RunOutcome {
   std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since

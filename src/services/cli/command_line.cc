@@ -19,6 +19,7 @@
 #include "cli/verbs.h"
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
+#include "experiment/experiment_keys.h"
 #include "support/error.h"
 #include "support/key.h"
 #include "support/plain_text.h"
@@ -34,6 +35,12 @@ namespace {
 constexpr std::size_t most_message_bytes = 4000;
 
 }  // namespace
+
+std::string hint_for(const std::string& word) {
+  const std::string text = "\n" + std::string(template_file("hints.txt")), begins = "\n" + word + " = ";
+  const std::size_t at = text.find(begins), from = at + begins.size();
+  return at == std::string::npos ? "" : text.substr(from, text.find('\n', from) - from);
+}
 
 void VerbContext::wrote(const std::string& file, const std::string& how) const {
   err << "wrote " << single_line(file + how, most_message_bytes) << '\n';
@@ -78,29 +85,47 @@ constexpr const char* exit_codes =
     "to write; 4 interrupted: the same command goes on; 5 another run is at work in the folder. Lengths are in bead\n"
     "diameters, forces in loads of one top bead.";
 
-/// The flags on the command line that the verb does not have, each with the one that was probably meant; "" if there
-/// are none. CLI11 lists words without saying which of them is wrong.
-std::string find_unknown_flags(const CLI::App& verb, int argc, const char* const* argv) {
-  std::vector<std::string> known, unknown;
-  std::string letters;
-  for (const CLI::Option* option : verb.get_options()) {
-    for (const std::string& name : option->get_lnames()) known.push_back(name);
-    for (const std::string& name : option->get_snames()) letters += name;
+/// What a flag that the verb does not have was probably meant to be; "" if nobody knows. `value`: what it was given.
+std::string meant_by_flag(const CLI::App& verb, const std::string& flag, const std::string& value) {
+  const auto has = [&verb](const std::string& name) { return verb.get_option_no_throw(name) != nullptr; };
+  const std::string here = hint_for("--" + flag);
+  if (here.starts_with('(') && has("--set")) return " " + here;
+  if (here.starts_with('-') && has(here)) return fmt::format(" (did you mean {}?)", here);
+  const bool writes_file = verb.get_name() == "new";
+  if (has("--set") || writes_file) {
+    Experiment any;
+    std::string name = flag;
+    std::ranges::replace(name, '-', '_');
+    if (const std::string key = nearest_to_top(keys_of(any), name); !key.empty()) {
+      return fmt::format(" ({}--set {})", writes_file ? "write it into the file, or: granuscope run FILE " : "write ",
+                         shell_word(fmt::format("{}={}", key, value)));
+    }
   }
+  std::vector<std::string> known;
+  for (const CLI::Option* option : verb.get_options())
+    known.insert(known.end(), option->get_lnames().begin(), option->get_lnames().end());
+  const auto meant = nearest_name(flag, known);
+  return meant ? fmt::format(" (did you mean --{}?)", *meant) : "";
+}
+
+/// The flags on the command line that the verb does not have, each with what was probably meant; "" if there are none.
+/// CLI11 lists words without saying which of them is wrong.
+std::string find_unknown_flags(const CLI::App& verb, int argc, const char* const* argv) {
+  std::vector<std::string> unknown;
   for (int i = 2; i < argc; ++i) {
     const std::string word(argv[i]);
     if (word == "--") break;
     if (word.size() < 2 || word[0] != '-') continue;
-    if (word[1] != '-') {  // a letter, perhaps with its value; a number is none
-      if (std::isalpha(static_cast<unsigned char>(word[1])) == 0 || letters.find(word[1]) != std::string::npos)
-        continue;
-      unknown.push_back(word.substr(0, 2));
-      continue;
-    }
-    const std::string flag = word.substr(2, word.find('=') - 2);
-    if (std::ranges::find(known, flag) != known.end()) continue;
-    const auto meant = nearest_name(flag, known);
-    unknown.push_back("--" + flag + (meant ? fmt::format(" (did you mean --{}?)", *meant) : ""));
+    // A letter, perhaps with its value; a number is none.
+    const bool letter = word[1] != '-';
+    if (letter && std::isalpha(static_cast<unsigned char>(word[1])) == 0) continue;
+    const std::string dashed = letter ? word.substr(0, 2) : word.substr(0, word.find('='));
+    if (verb.get_option_no_throw(dashed) != nullptr) continue;
+    const bool next = word == dashed && i + 1 < argc && argv[i + 1][0] != '-';
+    const std::string value = next             ? argv[i + 1]
+                              : word == dashed ? "VALUE"
+                                               : word.substr(dashed.size() + (letter ? 0 : 1));
+    unknown.push_back(dashed + meant_by_flag(verb, dashed.substr(letter ? 1 : 2), value));
   }
   if (unknown.empty()) return "";
   return fmt::format("{} has no flag{} {}", verb.get_name(), unknown.size() > 1 ? "s" : "", fmt::join(unknown, ", "));
@@ -131,6 +156,14 @@ std::string name_unknown_flag(const CLI::App& app, const std::string& word) {
   return fmt::format("there is no flag {}; did you mean --{} of {}?", word, *meant, fmt::join(verbs[*meant], ", "));
 }
 
+/// Where a word belongs that the verb does not expect: behind a flag for a file, or for names. "" if nobody knows.
+std::string place_of(const CLI::App& verb, const std::string& word) {
+  const std::string suffix = suffix_of(word);
+  const bool file = suffix.size() > 1 && std::isalpha(static_cast<unsigned char>(suffix[1])) != 0;
+  if (file && verb.get_option_no_throw("-o") != nullptr) return "; write -o " + shell_word(word);
+  return verb.get_name() == "numbers" ? "; write --only " + shell_word(word) : "";
+}
+
 /// What is wrong with the command line, and where to look.
 std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc, const char* const* argv) {
   const std::vector<const CLI::App*> chosen = app.get_subcommands([](const CLI::App* verb) { return verb->parsed(); });
@@ -139,10 +172,12 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
     if (const std::string unknown = find_unknown_flags(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
   }
   if (chosen.empty() && what == "A subcommand is required") what = name_unknown_flag(app, argv[1]);
-  if (what.starts_with("The following arguments were not expected: ")) {
-    // CLI11 lists them all, the last one first.
+  if (what.starts_with("The following argument")) {  // was not expected; of several CLI11 lists the last one first
     const std::vector<std::string> words = (chosen.empty() ? &app : chosen.front())->remaining(true);
-    if (!words.empty()) what = fmt::format("\"{}\" is one word more than is expected here", words.front());
+    if (!words.empty()) {
+      what = fmt::format("\"{}\" is one word more than is expected here{}", words.front(),
+                         chosen.empty() ? "" : place_of(*chosen.front(), words.front()));
+    }
   }
   if (what == "CONFIG is required") {
     return "an experiment file is needed, since it says what to run; name one, or take a built-in one: granuscope "

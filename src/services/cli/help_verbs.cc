@@ -1,15 +1,15 @@
-#include "cli/help_verbs.h"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <sstream>
 
 #include "cli/flag_checks.h"
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
 #include "report/page_overlays.h"
+#include "report/page_scope.h"
 #include "support/plain_text.h"
 #include "support/provenance.h"
 #include "support/templates.h"
@@ -17,11 +17,27 @@
 namespace granuscope {
 namespace {
 
-/// What somebody may have meant who wrote a file where a verb belongs; "" if it is none.
-std::string verb_for_file(const std::string& word) {
+constexpr std::string_view examples_folder = "examples/";
+constexpr std::string_view extension = ".toml";
+
+std::vector<std::string> names_of_examples() {
+  std::vector<std::string> names;
+  for (const EmbeddedFile& file : embedded_files()) {
+    if (!file.name.starts_with(examples_folder)) continue;
+    const std::string_view name = file.name.substr(examples_folder.size());
+    names.emplace_back(name.substr(0, name.size() - extension.size()));
+  }
+  return names;
+}
+
+/// The command that somebody may have meant who wrote a file, an example or a word of other programs where a verb
+/// belongs; "" if it is none.
+std::string command_for(const std::string& word) {
   if (word.ends_with(".toml")) return "run " + word;
   if (word.ends_with(".h5")) return "render " + word;
-  return file_exists(word) ? "run " + word : "";
+  if (file_exists(word)) return "run " + word;
+  if (std::ranges::count(names_of_examples(), word) > 0) return "example " + word;
+  return hint_for(word);
 }
 
 }  // namespace
@@ -33,7 +49,7 @@ const CLI::App& verb_named(const CLI::App& app, const std::string& name) {
     if (!verb->get_group().empty()) verbs.push_back(verb->get_name());
   }
   const auto told = [&]() -> std::string {
-    if (const std::string command = verb_for_file(name); !command.empty()) {
+    if (const std::string command = command_for(name); !command.empty()) {
       return fmt::format("did you mean: granuscope {}?", command);
     }
     const auto meant = nearest_name(name, verbs);
@@ -63,19 +79,6 @@ void add_help_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
-constexpr std::string_view examples_folder = "examples/";
-constexpr std::string_view extension = ".toml";
-
-std::vector<std::string> names_of_examples() {
-  std::vector<std::string> names;
-  for (const EmbeddedFile& file : embedded_files()) {
-    if (!file.name.starts_with(examples_folder)) continue;
-    const std::string_view name = file.name.substr(examples_folder.size());
-    names.emplace_back(name.substr(0, name.size() - extension.size()));
-  }
-  return names;
-}
-
 std::string text_of_example(const std::string& name) {
   return std::string(template_file(fmt::format("{}{}{}", examples_folder, name, extension)));
 }
@@ -83,12 +86,10 @@ std::string text_of_example(const std::string& name) {
 ExitCode print_example(std::string name, VerbContext& context) {
   const std::vector<std::string> names = names_of_examples();
   if (name.empty()) {
-    std::size_t width = 0;
-    for (const std::string& known : names) width = std::max(width, known.size());
-    for (const std::string& known : names) {
-      const Experiment experiment = parse_experiment(text_of_example(known), known, {}, EmptyFile::allowed, known);
-      context.out << fmt::format("{:<{}}  {}\n", known, width, experiment.name);
-    }
+    std::string list;
+    for (const std::string& known : names)
+      list += known + '\t' + parse_experiment(text_of_example(known), known, {}, EmptyFile::allowed, known).name + '\n';
+    context.out << aligned(list);
     context.err << "granuscope example quick >quick.toml    writes one of them, and\n"
                    "granuscope run quick.toml               makes its report in out/quick\n";
     return ExitCode::done;
@@ -177,28 +178,126 @@ void add_explain_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
+std::vector<const CLI::App*> listed_verbs(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App* verb) { return !verb->get_group().empty(); });
+}
+
+/// Text as roff: a hyphen there is no minus, and a line must not begin as a command does.
+std::string roff(std::string_view text) {
+  std::string result = replaced(text, {{'-', "\\-"}, {'\\', "\\e"}});
+  for (std::size_t at = 0; at < result.size(); at = std::min(result.find('\n', at), result.size() - 1) + 1) {
+    if (result[at] == '.' || result[at] == '\'') result.insert(at, "\\&");
+  }
+  return result;
+}
+
+/// -o, --out TEXT; FILE.
+std::string option_head(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_snames()) names.push_back(fmt::format("\\fB\\-{}\\fR", name));
+  for (const std::string& name : option.get_lnames()) names.push_back(fmt::format("\\fB\\-\\-{}\\fR", roff(name)));
+  if (names.empty()) return fmt::format("\\fI{}\\fR", roff(option.get_name(true)));
+  const bool takes_value = option.get_expected_max() != 0;
+  return fmt::format("{}{}", fmt::join(names, ", "),
+                     takes_value ? fmt::format(" \\fI{}\\fR", roff(option.get_type_name())) : "");
+}
+
 /// Text as one cell of a Markdown table; a bar would end the cell, even inside code.
 std::string cell(const std::string& text) { return replaced(text, {{'|', "\\|"}, {'\n', " "}}); }
 
-std::string flag_row(const CLI::Option& option) {
-  const std::string type = option.get_expected_max() == 0 ? "" : option.get_type_name();
-  const std::string standard = option.get_default_str();
-  return fmt::format("| `{}` | {} | {} | {} |\n",
-                     cell(option.nonpositional() ? option.get_name(false, true) : option.get_name(true)), cell(type),
-                     standard.empty() ? "" : fmt::format("`{}`", cell(standard)), cell(option.get_description()));
+/// Text in single quotes of a shell, and inside [...] of an argument of zsh's _arguments, which stands in such.
+Json spelt(std::string_view text) {
+  const auto quoted = [](std::string_view one) { return replaced(one, {{'\'', "'\\''"}}); };
+  return {{"roff", roff(text)}, {"quoted", "'" + quoted(text) + "'"}, {"zsh", quoted(backslashed(text, "[]:"))}};
 }
 
-/// A heading and a table of flags for each listed verb, from the very objects that read the command line.
-std::string describe_verbs(const CLI::App& app) {
-  std::string text;
-  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (verb->get_group().empty()) continue;
-    text += fmt::format("### granuscope {}\n\n{}\n\n| flag | value | default | meaning |\n|---|---|---|---|\n",
-                        verb->get_name(), verb->get_description());
-    for (const CLI::Option* option : verb->get_options()) text += flag_row(*option);
-    text += '\n';
+/// What the files say of a verb.
+Json verb_json(const CLI::App& verb) {
+  std::string title = "GRANUSCOPE-" + verb.get_name(), positionals, words;
+  std::ranges::transform(title, title.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  Json options = Json::array(), flags = Json::array();
+  for (const CLI::Option* option : verb.get_options()) {
+    const std::string name = "\\fI" + roff(option->get_name(true)) + "\\fR";
+    if (option->get_positional()) positionals += option->get_required() ? " " + name : " [" + name + "]";
+    options.push_back(
+        {{"head", option_head(*option)},
+         {"about", roff(option->get_description())},
+         {"standard", roff(option->get_default_str())},
+         {"names", cell(option->nonpositional() ? option->get_name(false, true) : option->get_name(true))},
+         {"type", option->get_expected_max() == 0 ? "" : cell(option->get_type_name())},
+         {"default", cell(option->get_default_str())},
+         {"meaning", cell(option->get_description())}});
+    for (const std::string& flag : option->get_lnames()) {
+      words += (words.empty() ? "--" : " --") + flag;
+      flags.push_back({{"verb", verb.get_name()},
+                       {"name", flag},
+                       {"about", spelt(option->get_description())},
+                       {"takes_value", option->get_expected_max() != 0}});
+    }
   }
-  return text;
+  return {{"name", verb.get_name()},
+          {"title", roff(title)},
+          {"about", spelt(verb.get_description())},
+          {"plain", verb.get_description()},
+          {"positionals", positionals},
+          {"words", words},
+          {"options", options},
+          {"flags", flags}};
+}
+
+/// The cells of a row of a Markdown table, without the code marks.
+std::vector<std::string> cells_of(std::string_view row) {
+  std::vector<std::string> cells = parts_between(row.substr(2, row.size() - 4), " | ");
+  for (std::string& cell : cells) {
+    std::erase(cell, '`');
+    cell = CLI::detail::find_and_replace(cell, "\\|", "|");
+  }
+  return cells;
+}
+
+/// The keys of an experiment file, from the reference that docs/reference.md shows.
+Json keys_json() {
+  Json keys = Json::array();
+  std::istringstream rows(describe_experiment_keys());
+  for (std::string row; std::getline(rows, row);) {
+    if (!row.starts_with("| `")) continue;  // no key, but a heading or the head of a table
+    const std::vector<std::string> cells = cells_of(row);
+    std::string facts = "default " + cells[1];
+    for (const std::string& fact : {cells[2], cells[3]}) facts += fact.empty() ? "" : "; " + fact;
+    keys.push_back({{"name", roff(cells[0])}, {"facts", roff(facts)}, {"meaning", roff(cells[4])}});
+  }
+  return keys;
+}
+
+Json verbs_json(const CLI::App& app) {
+  Json verbs = Json::array();
+  for (const CLI::App* verb : listed_verbs(app)) verbs.push_back(verb_json(*verb));
+  return verbs;
+}
+
+std::string filled(const std::string& name, const Json& json) {
+  return fill_template_file("install/" + name + ".mustache", PageScope(Json(), json, Markup::plain));
+}
+
+/// What an installation has beside the program, made from the very objects that read the command line: manual pages and
+/// completion files for bash, zsh and fish. Path below share/ -> content.
+std::map<std::string, std::string> installed_files(const CLI::App& app) {
+  const std::string program = provenance_line(collect_provenance());
+  const Json all = {{"version", roff(program.substr(0, program.find(',')))}, {"exit_codes", roff(app.get_footer())}};
+  std::map<std::string, std::string> files;
+  const auto fill = [&](const std::string& file, const std::string& name, Json json) {
+    json.update(all);
+    files[file] = filled(name, json);
+  };
+  const Json verbs = verbs_json(app);
+  for (const Json& verb : verbs)
+    fill(fmt::format("man/man1/granuscope-{}.1", verb.at("name").get<std::string>()), "verb.1", verb);
+  fill("man/man1/granuscope.1", "granuscope.1", {{"verbs", verbs}, {"about", roff(app.get_description())}});
+  fill("man/man5/granuscope-experiment.5", "experiment.5", {{"keys", keys_json()}});
+  fill("bash-completion/completions/granuscope", "bash", {{"verbs", verbs}});
+  fill("zsh/vendor-completions/_granuscope", "zsh", {{"verbs", verbs}});
+  fill("fish/vendor_completions.d/granuscope.fish", "fish", {{"verbs", verbs}});
+  return files;
 }
 
 }  // namespace
@@ -218,210 +317,9 @@ void add_reference_verb(CLI::App& app, VerbContext& context) {
       }
       return ExitCode::done;
     }
-    context.out << (*verbs ? describe_verbs(app) : describe_experiment_keys());
+    context.out << (*verbs ? filled("verbs.md", {{"verbs", verbs_json(app)}}) : describe_experiment_keys());
     return ExitCode::done;
   };
-}
-
-namespace {
-
-std::vector<const CLI::App*> listed_verbs(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App* verb) { return !verb->get_group().empty(); });
-}
-
-// Manual pages --------------------------------------------------------------------------------------------------------
-
-/// Text as roff: a hyphen there is no minus, and a line must not begin as a command does.
-std::string roff(std::string_view text) {
-  std::string result = replaced(text, {{'-', "\\-"}, {'\\', "\\e"}});
-  for (std::size_t at = 0; at < result.size(); at = std::min(result.find('\n', at), result.size() - 1) + 1) {
-    if (result[at] == '.' || result[at] == '\'') result.insert(at, "\\&");
-  }
-  return result;
-}
-
-std::string title(std::string name, int section) {
-  for (char& c : name) c = c == ' ' ? '-' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  std::string version = provenance_line(collect_provenance());
-  version.resize(std::min(version.find(','), version.size()));
-  return fmt::format(".TH {} {} \"\" \"{}\" \"\"\n", roff(name), section, roff(version));
-}
-
-/// -o, --out TEXT; FILE.
-std::string option_head(const CLI::Option& option) {
-  std::vector<std::string> names;
-  for (const std::string& name : option.get_snames()) names.push_back(fmt::format("\\fB\\-{}\\fR", name));
-  for (const std::string& name : option.get_lnames()) names.push_back(fmt::format("\\fB\\-\\-{}\\fR", roff(name)));
-  if (names.empty()) return fmt::format("\\fI{}\\fR", roff(option.get_name(true)));
-  const bool takes_value = option.get_expected_max() != 0;
-  return fmt::format("{}{}", fmt::join(names, ", "),
-                     takes_value ? fmt::format(" \\fI{}\\fR", roff(option.get_type_name())) : "");
-}
-
-std::string option_list(const CLI::App& verb) {
-  std::string text;
-  for (const CLI::Option* option : verb.get_options()) {
-    const std::string standard = option->get_default_str();
-    text += fmt::format(".TP\n{}\n{}.{}\n", option_head(*option), roff(option->get_description()),
-                        standard.empty() ? "" : fmt::format(" Default: {}.", roff(standard)));
-  }
-  return text;
-}
-
-std::string positionals(const CLI::App& verb) {
-  std::string text;
-  for (const CLI::Option* option : verb.get_options()) {
-    if (!option->get_positional()) continue;
-    const std::string name = fmt::format("\\fI{}\\fR", roff(option->get_name(true)));
-    text += option->get_required() ? " " + name : " [" + name + "]";
-  }
-  return text;
-}
-
-std::string verb_page(const CLI::App& app, const CLI::App& verb) {
-  return title("granuscope " + verb.get_name(), 1) +
-         fmt::format(
-             ".SH NAME\ngranuscope\\-{0} \\- {1}\n.SH SYNOPSIS\n\\fBgranuscope {0}\\fR [\\fIOPTION\\fR]...{2}\n"
-             ".SH DESCRIPTION\n{1}.\n.SH OPTIONS\n{3}.SH EXIT STATUS\n{4}\n"
-             ".SH SEE ALSO\n\\fBgranuscope\\fR(1), \\fBgranuscope\\-experiment\\fR(5)\n",
-             roff(verb.get_name()), roff(verb.get_description()), positionals(verb), option_list(verb),
-             roff(app.get_footer()));
-}
-
-std::string program_page(const CLI::App& app) {
-  std::string text = title("granuscope", 1) +
-                     fmt::format(
-                         ".SH NAME\ngranuscope \\- force networks of frictional beads\n.SH SYNOPSIS\n"
-                         "\\fBgranuscope\\fR \\fIVERB\\fR [\\fIOPTION\\fR]...\n.SH DESCRIPTION\n{}\n.SH VERBS\n",
-                         roff(app.get_description()));
-  for (const CLI::App* verb : listed_verbs(app)) {
-    text += fmt::format(".TP\n\\fB{}\\fR\n{}. See \\fBgranuscope\\-{}\\fR(1).\n", roff(verb->get_name()),
-                        roff(verb->get_description()), roff(verb->get_name()));
-  }
-  return text + fmt::format(
-                    ".SH EXAMPLES\n.nf\ngranuscope example quick >quick.toml\ngranuscope run quick.toml\n.fi\n"
-                    ".SH EXIT STATUS\n{}\n.SH SEE ALSO\n\\fBgranuscope\\-experiment\\fR(5)\n",
-                    roff(app.get_footer()));
-}
-
-/// The cells of a row of a Markdown table, without the code marks.
-std::vector<std::string> cells_of(std::string_view row) {
-  std::vector<std::string> cells = parts_between(row.substr(2, row.size() - 4), " | ");
-  for (std::string& cell : cells) {
-    std::erase(cell, '`');
-    cell = CLI::detail::find_and_replace(cell, "\\|", "|");
-  }
-  return cells;
-}
-
-/// The keys of an experiment file, from the reference that docs/reference.md shows.
-std::string experiment_page() {
-  std::string text =
-      title("granuscope experiment", 5) +
-      ".SH NAME\ngranuscope\\-experiment \\- experiment files of granuscope\n.SH DESCRIPTION\n"
-      "An experiment is a TOML file. What it does not say follows from what it says, and an unknown key is an error.\n"
-      "\\fBgranuscope example\\fR prints experiments to start from, and \\fBgranuscope run\\fR \\fIFILE\\fR\n"
-      "\\fB\\-\\-print\\-config\\fR one with every default resolved.\n.SH KEYS\n";
-  std::istringstream rows(describe_experiment_keys());
-  for (std::string row; std::getline(rows, row);) {
-    if (!row.starts_with("| `")) continue;  // no key, but a heading or the head of a table
-    const std::vector<std::string> cells = cells_of(row);
-    std::vector<std::string> facts{"default " + cells[1]};
-    if (!cells[2].empty()) facts.push_back(cells[2]);
-    if (!cells[3].empty()) facts.push_back(cells[3]);
-    text += fmt::format(".TP\n\\fB{}\\fR ({})\n{}.\n", roff(cells[0]), roff(fmt::format("{}", fmt::join(facts, "; "))),
-                        roff(cells[4]));
-  }
-  return text + ".SH SEE ALSO\n\\fBgranuscope\\fR(1), \\fBgranuscope\\-run\\fR(1)\n";
-}
-
-// Completion ----------------------------------------------------------------------------------------------------------
-
-std::vector<std::string> flags_of(const CLI::App& verb) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : verb.get_options()) {
-    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
-  }
-  return flags;
-}
-
-std::string names_of_verbs(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* verb : listed_verbs(app)) names.push_back(verb->get_name());
-  return fmt::format("{}", fmt::join(names, " "));
-}
-
-std::string bash_completion(const CLI::App& app) {
-  std::string text = fmt::format(
-      "# bash completion for granuscope\n_granuscope() {{\n  local word=${{COMP_WORDS[COMP_CWORD]}} words=\n"
-      "  COMPREPLY=()\n"
-      "  if [ \"$COMP_CWORD\" -eq 1 ]; then\n    words=\"{} --help --version\"\n  else\n    case ${{COMP_WORDS[1]}} "
-      "in\n",
-      names_of_verbs(app));
-  for (const CLI::App* verb : listed_verbs(app)) {
-    text += fmt::format("      {}) words=\"{}\" ;;\n", verb->get_name(), fmt::join(flags_of(*verb), " "));
-  }
-  return text +
-         "    esac\n    case $word in -*) ;; *) words= ;; esac\n  fi\n"
-         "  while IFS= read -r word; do COMPREPLY+=(\"$word\"); done \\\n"
-         "    < <(compgen -W \"$words\" -- \"${COMP_WORDS[COMP_CWORD]}\")\n}\n"
-         "complete -o default -F _granuscope granuscope\n";
-}
-
-/// In single quotes of a shell.
-std::string in_quotes(std::string_view text) { return "'" + replaced(text, {{'\'', "'\\''"}}) + "'"; }
-
-std::string fish_completion(const CLI::App& app) {
-  std::string text = "# fish completion for granuscope\n";
-  for (const CLI::App* verb : listed_verbs(app)) {
-    text += fmt::format("complete -c granuscope -n __fish_use_subcommand -a {} -d {}\n", verb->get_name(),
-                        in_quotes(verb->get_description()));
-    for (const CLI::Option* option : verb->get_options()) {
-      for (const std::string& name : option->get_lnames()) {
-        text +=
-            fmt::format("complete -c granuscope -n '__fish_seen_subcommand_from {}' -l {}{} -d {}\n", verb->get_name(),
-                        name, option->get_expected_max() == 0 ? "" : " -r", in_quotes(option->get_description()));
-      }
-    }
-  }
-  return text;
-}
-
-/// Text inside [...] of an argument of _arguments, and inside single quotes.
-std::string zsh_text(std::string_view text) { return replaced(backslashed(text, "[]:"), {{'\'', "'\\''"}}); }
-
-std::string zsh_completion(const CLI::App& app) {
-  std::string text = "#compdef granuscope\nif (( CURRENT == 2 )); then\n  _values verb";
-  for (const CLI::App* verb : listed_verbs(app)) {
-    text += fmt::format(" \\\n    '{}[{}]'", verb->get_name(), zsh_text(verb->get_description()));
-  }
-  text += "\n  return\nfi\nlocal verb=$words[2]\nshift words\n(( CURRENT-- ))\ncase $verb in\n";
-  for (const CLI::App* verb : listed_verbs(app)) {
-    text += fmt::format("  {}) _arguments", verb->get_name());
-    for (const CLI::Option* option : verb->get_options()) {
-      for (const std::string& name : option->get_lnames()) {
-        text += fmt::format(" \\\n    '--{}[{}]{}'", name, zsh_text(option->get_description()),
-                            option->get_expected_max() == 0 ? "" : ":value:_files");
-      }
-    }
-    text += " \\\n    '*:file:_files' ;;\n";
-  }
-  return text + "esac\n";
-}
-
-}  // namespace
-
-std::map<std::string, std::string> installed_files(const CLI::App& app) {
-  std::map<std::string, std::string> files;
-  files["man/man1/granuscope.1"] = program_page(app);
-  files["man/man5/granuscope-experiment.5"] = experiment_page();
-  for (const CLI::App* verb : listed_verbs(app)) {
-    files[fmt::format("man/man1/granuscope-{}.1", verb->get_name())] = verb_page(app, *verb);
-  }
-  files["bash-completion/completions/granuscope"] = bash_completion(app);
-  files["zsh/vendor-completions/_granuscope"] = zsh_completion(app);
-  files["fish/vendor_completions.d/granuscope.fish"] = fish_completion(app);
-  return files;
 }
 
 }  // namespace granuscope

@@ -20,12 +20,23 @@ struct NewOptions {
   std::string file;
 };
 
+/// A number behind a flag.
+double number_of(const std::string& flag, const std::string& text) {
+  double number = 0;
+  try {
+    key_fields::from_text(number, text);
+  } catch (const InputError& error) {
+    throw InputError("{}: {}", flag, error.what());
+  }
+  return number;
+}
+
 /// The friction coefficients, with what is wrong with them told of the flag, since nobody has written the file yet.
 std::vector<double> friction_of(const NewOptions& options) {
   std::vector<double> friction(options.mu.size());
   bool whole = true;
   for (std::size_t k = 0; k < friction.size(); ++k) {
-    key_fields::from_text(friction[k], options.mu[k]);
+    friction[k] = number_of("--mu", options.mu[k]);
     whole = whole && options.mu[k].find('.') == std::string::npos;
   }
   if (friction.size() > 1 && whole && options.mu[0] == "0") {
@@ -67,8 +78,7 @@ std::string file_text(const NewOptions& options) {
     if (!asked.insert(one.substr(0, equals)).second) {
       throw InputError("--error-of {}: its error was given before; give one of c and one of D", one);
     }
-    double error = 0;
-    key_fields::from_text(error, one.substr(equals + 1));
+    const double error = number_of("--error-of " + one, one.substr(equals + 1));
     if (!(error > 0)) none = one;
     text += fmt::format("{} = {}\n", one.substr(0, equals), error);
   }
@@ -90,6 +100,27 @@ bool try_beginning(Experiment experiment, const std::filesystem::path& folder, i
   return true;
 }
 
+/// Where some piles leave c and D unknown, a comment each with the reason: tried from the smallest friction on, since
+/// the narrowest peaks are there, up to the first of which both are known.
+std::string told_of_unknown(NewOptions options, const std::filesystem::path& folder) {
+  std::vector<double> friction = friction_of(options);
+  std::ranges::sort(friction);
+  options.errors = {"c=1", "D=1"};
+  std::string told;
+  for (const double mu : friction) {
+    if (mu == 0) continue;
+    options.mu = {exact(mu)};
+    const Experiment experiment = parse_experiment(file_text(options), "granuscope new");
+    RunOptions run;
+    run.folder = folder / exact(mu);
+    run.of_trial = try_beginning(experiment, run.folder, worker_count(0));
+    const std::string why = run.of_trial ? plan_run(experiment, run).front().unreached : "";
+    if (why.empty()) break;
+    told += fmt::format("# {} piles at mu = {}: {}\n", experiment.response.samples, mu, why);
+  }
+  return told;
+}
+
 /// What a run of it does on this machine, as comments.
 std::string told_of(const std::string& text, const NewOptions& options) {
   const std::string name = options.file.empty() ? "experiment.toml" : options.file;
@@ -108,6 +139,7 @@ std::string told_of(const std::string& text, const NewOptions& options) {
   for (const PlannedStep& step : plan) {
     if (step.stage == Stage::sample) told += fmt::format("#   {}\n", step.what);
   }
+  if (options.errors.empty()) told += told_of_unknown(options, scratch.path());
   return told + "\n" + text;
 }
 

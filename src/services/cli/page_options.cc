@@ -18,6 +18,7 @@
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
+#include "support/process.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -147,8 +148,9 @@ void write_film(const FilmOptions& options, std::size_t frames, bool even, const
     throw Interrupted("stopped on request: each frame that is there is whole, and the same command renders them all");
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  context.wrote(fmt::format("{} to {} ({:.0f} a second); a video of them:", what, options.folder,
-                            static_cast<double>(frames) / seconds));
+  context.wrote(fmt::format("{} to {} ({:.0f} a second); a video of them{}:", what, options.folder,
+                            static_cast<double>(frames) / seconds,
+                            find_program("ffmpeg") ? "" : " takes ffmpeg, which is not here"));
   context.err << fmt::format("  ffmpeg -framerate 25 -i {} {}-pix_fmt yuv420p film.mp4\n",
                              shell_word(CLI::detail::find_and_replace(folder.string(), "%", "%%") + "/frame-%05d.png"),
                              even ? "" : "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' ");  // no yuv420p has odd sides

@@ -46,17 +46,20 @@ void choose_format(FigureOptions& options) {
   options.style.format = format_by_name(options.file.path, options.style.format, known);
 }
 
-/// The id of the figure that the report gives this number; what is no number as it stands.
+/// The id of the figure that the report gives this number, as 6 or fig6; what is no number as it stands.
 std::string id_of_figure(const std::string& id, const std::string& folder) {
   const std::vector<ListedFigure> figures = list_figures(folder);
-  if (id.size() > 4 || id.find_first_not_of("0123456789") != std::string::npos) {
+  const std::string digits = id.substr(id.starts_with("figure") ? 6 : id.starts_with("fig") ? 3 : 0);
+  if (digits.empty() || digits.size() > 4 || digits.find_first_not_of("0123456789") != std::string::npos) {
     std::vector<std::string> ids(figures.size());
     std::ranges::transform(figures, ids.begin(), &ListedFigure::id);
-    if (const auto meant = nearest_name(id, ids); meant && *meant != id)
-      throw InputError("there is no plot {}; did you mean {}?", id, *meant);
-    return id;
+    if (std::ranges::count(ids, id) > 0) return id;
+    const auto meant = nearest_name(id, ids);
+    const std::string left_out = left_out_by_run(folder);
+    if (!meant && left_out.empty()) return id;
+    throw InputError("there is no plot {};{}{}", id, meant ? fmt::format(" did you mean {}?", *meant) : "", left_out);
   }
-  const std::size_t number = std::stoul(id);
+  const std::size_t number = std::stoul(digits);
   if (number >= 1 && number <= figures.size()) return figures[number - 1].id;
   throw InputError("there is no figure {}; `granuscope figure {}` lists them, 1 to {}", id, shell_word(folder),
                    figures.size());
@@ -185,24 +188,6 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
                       metadata_for(options, "mean response"));
 }
 
-ExitCode render_film(RenderOptions options, VerbContext& context) {
-  if (!configuration_if_ensemble(options.pile_file).empty()) {
-    throw InputError("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file);
-  }
-  const Pile pile = read_pile(options.pile_file);
-  std::optional<Pile> minus;
-  if (!options.minus_file.empty()) minus = read_pile(options.minus_file);
-  options.film.scene = options.scene;
-  options.image.path = Film::name_of(0);
-  const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
-  options.frames.force = options.image.force;
-  write_film(
-      options.frames, film.frames(), options.scene.width_px % 2 == 0 && options.film.height_px % 2 == 0,
-      fmt::format("{} of {} each", how_many(film.frames(), "frame"), how_many(film.layers_seen(), "layer")),
-      [&](std::size_t frame) { film.render(frame, options.frames.folder); }, context);
-  return ExitCode::done;
-}
-
 /// What to know of the lowest layers of a pile, where the picture shows them; "" where it does not.
 std::string told_of_bottom(const RenderOptions& options) {
   LatticeSpec size;
@@ -223,14 +208,43 @@ std::string told_of_bottom(const RenderOptions& options) {
       bottom_margin, -0.5 * size.columns, 0.5 * size.columns, kept - 1);
 }
 
+ExitCode render_film(RenderOptions options, VerbContext& context) {
+  if (!configuration_if_ensemble(options.pile_file).empty()) {
+    throw InputError("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file);
+  }
+  const Pile pile = read_pile(options.pile_file);
+  std::optional<Pile> minus;
+  if (!options.minus_file.empty()) minus = read_pile(options.minus_file);
+  options.film.scene = options.scene;
+  options.image.path = Film::name_of(0);
+  const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
+  options.frames.force = options.image.force;
+  write_film(
+      options.frames, film.frames(), options.scene.width_px % 2 == 0 && options.film.height_px % 2 == 0,
+      fmt::format("{} of {} each", how_many(film.frames(), "frame"), how_many(film.layers_seen(), "layer")),
+      [&](std::size_t frame) { film.render(frame, options.frames.folder); }, context);
+  context.err << told_of_bottom(options);
+  return ExitCode::done;
+}
+
 ExitCode render(RenderOptions options, VerbContext& context) {
   apply_page(options.page, options.scene, context);
   if (!options.window.empty()) options.scene.window = parse_window(options.window);
   if (!options.range.empty()) options.scene.range = parse_range(options.range);
   options.scene.skip_invisible = !options.no_skip;
   if (options.transparent) options.scene.background = Background::transparent;
+  constexpr std::string_view pictures = " .png .svg .pdf ", films = " .mp4 .gif .avi .mov .mkv .webm ";
+  const auto is_one = [](std::string_view suffixes, const std::string& file) {
+    return suffixes.find(" " + suffix_of(file) + " ") != std::string_view::npos;
+  };
+  if (is_one(films, options.frames.folder) || is_one(films, options.image.path)) {
+    throw InputError("{} is a film, of which render makes the frames; give a folder for them: --film FOLDER",
+                     options.image.path + options.frames.folder);
+  }
   if (!options.frames.folder.empty()) return render_film(options, context);
   if (!options.image.asked()) {
+    if (is_one(pictures, options.pile_file))
+      throw InputError("{0} is a picture, and the pile comes first: granuscope render PILE.h5 {0}", options.pile_file);
     throw InputError("no picture is named; give IMAGE.png after the pile, or --film DIR for a film");
   }
 

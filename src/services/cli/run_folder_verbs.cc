@@ -63,10 +63,11 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
   context.actions[verb] = [options, &context] {
     const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
     require_no_history(out);
-    merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
-    context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n",
-                               single_line(out.string()), shell_word((out / "experiment.toml").string()),
-                               shell_word(out.string()));
+    const bool joined =
+        merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
+    context.err << fmt::format("{} {}; granuscope run {} --out {} goes on to the report\n",
+                               joined ? "merged into" : "nothing was to be joined for", single_line(out.string()),
+                               shell_word((out / "experiment.toml").string()), shell_word(out.string()));
     return ExitCode::done;
   };
 }

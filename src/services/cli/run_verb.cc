@@ -156,6 +156,11 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
   require_memory(memory_needed(experiment, options.folder, worker_count(options.threads)));
 
+  if (context.crew == nullptr && is_one_of_tasks(environment_variable)) {
+    context.err
+        << "mpirun or srun started several processes, of which each is a whole run: let it start granuscope-mpi "
+           "run, or give --shard auto\n";
+  }
   const RunResult result = run_experiment(experiment, options);
   if (!given.quiet) tell_found(result.files, context);
   if (given.gate || (!given.quiet && !environment_variable("CI").empty())) {

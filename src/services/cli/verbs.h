@@ -28,6 +28,9 @@ struct VerbContext {
 /// The listed verb of that name. Throws InputError, with what was probably meant, if there is none.
 const CLI::App& verb_named(const CLI::App& app, const std::string& name);
 
+/// What stands here for a flag or a verb of other programs: templates/hints.txt; "" if it is none.
+std::string hint_for(const std::string& word);
+
 /// Each adds one verb with its flags to the command line, and what it does to context.actions.
 void add_run_verb(CLI::App& app, VerbContext& context);
 void add_new_verb(CLI::App& app, VerbContext& context);

@@ -73,6 +73,7 @@ std::optional<std::string> nearest_name(std::string_view mistyped, const std::ve
   std::optional<std::string> best;
   int least = std::max(1, static_cast<int>(mistyped.size()) / 3) + 1;
   for (const std::string& name : known) {
+    if (lower_case(name) == lower_case(std::string(mistyped))) return name;
     const int distance = edit_distance(mistyped, name);
     if (distance < least) {
       least = distance;

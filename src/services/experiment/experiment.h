@@ -68,7 +68,8 @@ struct Experiment : MainLine {
 /// Number of letters to insert, remove, replace or swap with their neighbour to turn one word into the other.
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The known name that a mistyped one most probably means, or nothing if none is near.
+/// The known name that a mistyped one most probably means, the same but for capitals before all others; or nothing if
+/// none is near.
 std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& known);
 
 /// The one place where the parameters of an experiment are checked against their ranges and against each other. All

@@ -146,7 +146,8 @@ std::optional<KeyValue> meant_by(const toml::node& node, const KeyValue& like) {
   std::erase_if(text, [](char c) { return c == '"' || c == '\''; });
   if (text == "yes" || text == "on") text = "true";
   if (text == "no" || text == "off") text = "false";
-  if (has_decimal_comma(text) && std::ranges::count(text, ',') == 1) std::ranges::replace(text, ',', '.');
+  if (has_decimal_comma(text) && std::ranges::count(text, ',') == 1 && text.find('.') == std::string::npos)
+    std::ranges::replace(text, ',', '.');
   const std::string inside = text.starts_with('[') && text.ends_with(']') ? text.substr(1, text.size() - 2) : text;
   for (const std::string& form : {"v = " + text, "v = [" + text + "]", "v = " + inside}) {
     try {
@@ -358,7 +359,11 @@ class Reader {
             odd.empty() ? std::string(error.description()) + "; correct it, or put a text into double quotes" : odd);
       }
     }
+    // 0.2,0.3 is a list, as --mu has it; 0,2 may be a decimal comma.
+    const bool numbers = value.find_first_not_of("0123456789.,eE+- ") == std::string::npos &&
+                         (value.find('.') != std::string::npos || std::ranges::count(value, ',') > 1);
     try {
+      if (numbers) return toml::parse(fmt::format("{} = [{}]", key, value));
       return toml::parse(fmt::format("{} = \"{}\"", key, backslashed(value, "\"\\")));
     } catch (const toml::parse_error& error) {
       throw InputError("--set {}: not valid TOML: {}; correct it", assignment, error.description());
@@ -460,14 +465,12 @@ class Reader {
     const std::string path = table.empty() ? name : table + "." + name;
     std::vector<std::string> known(tables_.begin(), tables_.end());
     std::vector<std::string> siblings;
-    std::optional<std::string> meant;
     for (const auto& [key_path, key] : keys_) {
       known.push_back(key_path);
       if (key->table == table) siblings.push_back(key->name);
-      // The right key in the wrong table. Where several tables have it, the one nearest to the top is the likeliest.
-      const auto depth = [](const std::string& text) { return std::count(text.begin(), text.end(), '.'); };
-      if (key->name == name && key->name != "show" && (!meant || depth(key_path) < depth(*meant))) meant = key_path;
     }
+    std::optional<std::string> meant;  // the right key in the wrong table
+    if (std::string other = nearest_to_top(all_keys_, name); !other.empty()) meant = std::move(other);
     if (keys_.contains(name + ".name")) {
       meant = name + ".name";  // of the table that has this name
     } else if (const auto sibling = nearest_name(name, siblings)) {

@@ -164,6 +164,15 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
 
 }  // namespace
 
+std::string nearest_to_top(const std::vector<Key>& keys, const std::string& name) {
+  std::string path;
+  for (const Key& key : keys) {
+    const bool nearer = path.empty() || std::ranges::count(key.table, '.') + 1 < std::ranges::count(path, '.');
+    if (key.name == name && name != "show" && nearer) path = key.path();
+  }
+  return path;
+}
+
 std::vector<Key> keys_of(Experiment& experiment) {
   std::vector<Key> all;
   const auto append = [&all](std::vector<Key> keys) { std::move(keys.begin(), keys.end(), std::back_inserter(all)); };

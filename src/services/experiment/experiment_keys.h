@@ -14,6 +14,9 @@ inline std::vector<Key> keys_to_read(const Experiment& experiment) {
   return keys_of(const_cast<Experiment&>(experiment));
 }
 
+/// The path of the key of this name; of several the one nearest to the top, the likeliest; "" if there is none.
+std::string nearest_to_top(const std::vector<Key>& keys, const std::string& name);
+
 /// A value as an experiment file holds it.
 std::string print_value(const KeyValue& value);
 

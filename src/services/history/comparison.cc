@@ -112,9 +112,9 @@ namespace {
 
 /// Tables of what is shown and told, and what is expected.
 constexpr std::array untold_tables = {"experiment", "figures.", "scenes.", "report", "gate."};
-/// What numbers the samples, and how many there are.
-constexpr std::array sample_keys = {"sampling.seed", "response.samples", "precision.c", "precision.D",
-                                    "precision.most_samples"};
+/// What numbers the samples, how many there are, and how they are dealt for the jackknife.
+constexpr std::array sample_keys = {"sampling.seed", "response.samples", "response.blocks",
+                                    "precision.c",   "precision.D",      "precision.most_samples"};
 
 /// Layers of the profiles are fitted beside the others, so that they are in the summary.
 bool is_told_only(const std::string& key) {
@@ -193,7 +193,7 @@ std::string hash_of(const std::map<std::string, double>& numbers) {
   return cache_key(text);
 }
 
-/// Whether only another part of the same ensembles is drawn: another seed or number of samples.
+/// Whether only another part of the same ensembles is drawn: another seed, number of samples or of blocks.
 bool only_other_samples(const std::vector<ChangedKey>& changed) {
   return std::ranges::all_of(
       changed, [](const ChangedKey& one) { return std::ranges::find(sample_keys, one.key) != sample_keys.end(); });

@@ -220,7 +220,10 @@ class NightRun {
     if (accepted.empty()) return false;
     const auto changed = changed_keys(keys_of_experiment(accepted), keys_of_experiment(night_.experiment));
     if (changed.empty()) return false;
-    alarm("experiment", fmt::format("the experiment is another one, and nothing was drawn: {}", in_words(changed)));
+    alarm("experiment",
+          fmt::format("the experiment is another one, and nothing was drawn: {}; take the old file again, "
+                      "begin another --history, or accept this night to begin the pool anew",
+                      in_words(changed)));
     return true;
   }
 

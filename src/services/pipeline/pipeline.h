@@ -75,9 +75,10 @@ struct PlannedStep {
   Stage stage;
   std::string what;
   bool reused = false;
-  std::uint64_t beads = 0;    ///< beads to be drawn
-  EnsembleSpec spec = {};     ///< of an ensemble, what is to be drawn of it:
-  std::uint64_t samples = 0;  ///< so many samples more
+  std::uint64_t beads = 0;     ///< beads to be drawn
+  EnsembleSpec spec = {};      ///< of an ensemble, what is to be drawn of it:
+  std::uint64_t samples = 0;   ///< so many samples more
+  std::string unreached = {};  ///< why no number of them reaches the precision asked for
   double parallel_seconds = 0,
          serial_seconds = 0;  ///< of other work, by rules of thumb; the former is shared by threads
 };

@@ -107,10 +107,13 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
                                  : options.of_trial ? fmt::format("by the errors of {}", spec.response.samples)
                                                     : "by the errors so far");
   if (look.unattainable) what += ", which it does not reach: " + look.reason;
-  if (drawn > 0) what += fmt::format(", {} of them there already", drawn);
-  if (!enough) what += fmt::format("; about {} would be needed", significant(look.samples_needed, 2));
+  if (drawn > 0 && samples != drawn) what += fmt::format(", {} of them there already", drawn);
+  if (!enough) {
+    what += fmt::format("; not reached: precision.most_samples = {} ends it there, about {} would be needed; raise it",
+                        asked.most_samples, significant(look.samples_needed, 2));
+  }
   if (!planned.replaces.empty()) what += fmt::format("; replaces the file there: {}", planned.replaces);
-  return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn), spec, samples - drawn};
+  return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn), spec, samples - drawn, look.reason};
 }
 
 /// A single pile, of a law that may take long for it.
@@ -136,7 +139,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
       const std::uint64_t begun =
           planned.blocks_there > 0 ? BlockFiles(planned, options.folder).samples() : samples_there(planned);
       const std::uint64_t left = planned.reusable ? 0 : planned.spec.response.samples - begun;
-      std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
+      std::string continued = begun == 0 || planned.reusable ? "" : fmt::format(", {} of them there already", begun);
       if (planned.blocks_there > 0) {
         continued =
             fmt::format(", {} of {} blocks drawn by shards", planned.blocks_there, planned.spec.response.blocks);

@@ -131,6 +131,10 @@ Shard shard_named(const std::string& text, const std::function<std::string(const
   return {*number, *count};
 }
 
+bool is_one_of_tasks(const std::function<std::string(const char*)>& variable) {
+  return place_among_tasks(variable).value_or(Place{}).count > 1;
+}
+
 std::vector<PlannedEnsemble> all_ensembles(const Experiment& experiment, const fs::path& run_folder) {
   std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment, run_folder);
   for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) {
@@ -462,7 +466,7 @@ void write_whole(const PlannedEnsemble& planned, const fs::path& target, const F
 
 }  // namespace
 
-void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, ProgressStyle progress) {
+bool merge_folders(const std::vector<fs::path>& folders, const fs::path& out, ProgressStyle progress) {
   const Experiment experiment = experiment_of(folders);
   const std::vector<RunFolder> locks = lock_folders(folders, out);
   // What a folder holds is no part of what is wanted: the plan of an empty one.
@@ -487,9 +491,11 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
     write_whole(ensembles[i], out / ensembles[i].file, found[i]);
     (void)open_ensemble(out / ensembles[i].file);  // is whole on disk before its blocks are removed
     BlockFiles(ensembles[i], out).remove();
-    log_line(progress, "merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks);
+    log_line(progress, "{} {}: {} blocks", found[i].whole == nullptr ? "merged" : "whole already", ensembles[i].label,
+             ensembles[i].spec.response.blocks);
   }
   forget_shards(out);
+  return std::ranges::any_of(found, [](const Found& one) { return one.whole == nullptr; });
 }
 
 }  // namespace granuscope

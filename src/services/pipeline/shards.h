@@ -20,6 +20,9 @@ struct Shard {
 /// within it together. `variable` looks one up, "" where it is not set. Throws InputError.
 Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable);
 
+/// Whether Open MPI, MPICH or srun started several processes, of which this is one.
+bool is_one_of_tasks(const std::function<std::string(const char*)>& variable);
+
 /// All ensembles of an experiment, of its main line and its studies, in the order in which a run takes them.
 std::vector<PlannedEnsemble> all_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
 
@@ -51,8 +54,8 @@ void forget_shards(const std::filesystem::path& run_folder);
 /// experiment that the first of them with one names, with the bytes of a run that drew them undivided. Throws
 /// InputError, and has written nothing, where a block is missing (with the commands that draw it), belongs to another
 /// experiment or sampling version, is damaged, or is there twice with different numbers. `out` may be one of the
-/// folders.
-void merge_folders(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+/// folders. Returns whether blocks were joined: not where all ensembles were whole.
+bool merge_folders(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
                    ProgressStyle progress);
 
 }  // namespace granuscope
