@@ -192,7 +192,7 @@ TEST_CASE("the sampled law is the described law: moments of small piles", "[unsa
   compare_all(test::sanitized ? 1500 : 6000, test::sanitized ? 0.04 : 0.02);
 }
 
-TEST_CASE("the sampled law is the described law, to a fraction of a percent", "[long]") { compare_all(200'000, 0.004); }
+TEST_CASE("the sampled law is the described law, to a fraction of a percent", "[long]") { compare_all(110'000, 0.004); }
 
 // Source: the invariants in granusolve_state.h, broken by hand one at a time.
 
