@@ -240,15 +240,6 @@ std::string eps_by_tex(const std::string& tikz, const std::string& id, double po
   return without_moment(read_file(scratch.path() / "figure.eps"));
 }
 
-/// The command that a picture (PNG) of this program holds, in a piece iTXt, whose size stands before its name.
-std::string source_of(const fs::path& picture) {
-  const std::string bytes = read_file(picture);
-  const std::size_t at = std::min(bytes.find("iTXtSource", 4), bytes.size()), text = at + 15;
-  if (text >= bytes.size()) return "see the report";
-  const auto of_size = [&](std::size_t back) { return std::size_t{static_cast<unsigned char>(bytes[at - back])}; };
-  return bytes.substr(text, of_size(2) * 256 + of_size(1) - 11);
-}
-
 }  // namespace
 
 PlottedFigure plot_again(const fs::path& figures, const std::string& id, const FigureStyle& asked) {
@@ -272,8 +263,13 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   std::error_code none;
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
     if (fs::is_regular_file(figures / (id + ".png"), none)) {
-      throw InputError("{} is a picture of beads, which granuscope render makes at any size (--width), in {}: {}", id,
-                       figures.parent_path().string(), source_of(figures / (id + ".png")));
+      // What a received picture says of itself is no command to be pasted.
+      const fs::path pile = figures.parent_path() / "piles" / (id + ".h5");
+      const std::string made =
+          fs::is_regular_file(pile, none)
+              ? fmt::format("granuscope render {} {} --width 86mm", shell_word(pile.string()), shell_word(id + ".png"))
+              : "the report says how, below it";
+      throw InputError("{} is a picture of beads, which granuscope render makes at any size: {}", id, made);
     }
     throw InputError("{}: there is no plot {}; the plots there are: {}", figures.string(), id,
                      known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));

@@ -112,7 +112,7 @@ void add_export_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--part", options->part,
                    "contacts or beads: what a file of the formats dump-local, pegs and csv holds, which keep them "
                    "apart (contacts if not given); of dump-local walls, too: the contacts on the floor");
-  add_output(*verb, "FILE_TO_WRITE,-o,--out", options->file, "file to write")->required();
+  add_output(*verb, "OUTPUT,-o,--out", options->file, "file to write")->required();
   context.actions[verb] = [options, &context] { return export_file(*options, context); };
 }
 
