@@ -125,19 +125,20 @@ TEST_CASE("experiments changed at random are read or refused") {
 
 TEST_CASE("experiments changed again and again", "[fuzz]") {
   constexpr double seconds = test::sanitized ? 40 : 12;
+  constexpr int least = 300;
   const char* given = std::getenv("GRANUSCOPE_FUZZ_SEED");  // NOLINT(concurrency-mt-unsafe): no threads here
   const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device()();
   const std::vector<std::string> texts = corpus();
   Random random(seed);
   Tally tally;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (std::chrono::steady_clock::now() < end) {
+  for (int i = 0; i < least || std::chrono::steady_clock::now() < end; ++i) {
     const std::string text = changed_some(texts, random);
     CAPTURE(seed, text);
     read_changed(text, tally);
   }
   std::cout << fmt::format("experiments: GRANUSCOPE_FUZZ_SEED={}: {} read, {} refused\n", seed, tally.read,
                            tally.refused);
-  CHECK(tally.read > 100);
-  CHECK(tally.refused > 500);
+  CHECK(tally.read > least / 10);
+  CHECK(tally.refused > least / 2);
 }
