@@ -135,10 +135,26 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
       CHECK(text_of(folder / "said").starts_with("name,value,standard_error,text\nmu-0.3/c,0.5"));
     }
   }
-  for (const char* file : {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html",
-                           ".gitlab-ci.yml", "out/shards/report.html", "frames/frame-00050.png", "film.mp4",
-                           "middle.svg", "pile.vtu", "beads.dump", "response.vti", "contacts.svg", "floor.png",
-                           "forces.csv", "steps/frame-00001.png", "run.zip", "article/metadata.yaml"}) {
+  for (const char* file : {"out/quick/report.html",
+                           "chains.png",
+                           "diffusion.pdf",
+                           "diffusion.png",
+                           "numbers.tex",
+                           "nights/index.html",
+                           ".gitlab-ci.yml",
+                           "out/shards/report.html",
+                           "frames/frame-00050.png",
+                           "film.mp4",
+                           "middle.svg",
+                           "pile.vtu",
+                           "beads.dump",
+                           "response.vti",
+                           "contacts.svg",
+                           "floor.png",
+                           "forces.csv",
+                           "steps/frame-00001.png",
+                           "run.zip",
+                           "article/metadata.yaml"}) {
     INFO(file);
     CHECK(fs::is_regular_file(folder / "here" / file));
   }

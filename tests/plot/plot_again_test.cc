@@ -26,6 +26,7 @@
 #include "support/templates.h"
 
 using namespace granuscope;
+using Catch::Matchers::Contains;
 using test::contains;
 
 namespace {
@@ -132,6 +133,34 @@ TEST_CASE("A plotted figure says by which command, in every format, and a PNG ho
     CHECK(contains(bytes, " --language de"));
     if (style.format == "png") CHECK(contains(bytes, std::string("pHYs\0\0\x2e\x23\0\0\x2e\x23\1", 13)));
   }
+}
+
+TEST_CASE("A PNG has the pixels that are asked for, on the same paper; other formats have none") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  const auto plotted = [&](double dpi, double width_mm, const std::string& format) {
+    FigureStyle style;
+    style.format = format;
+    style.width_mm = width_mm;
+    style.dpi = dpi;
+    return plot_again(run / "figures", id, style).bytes;
+  };
+  const std::string usual = plotted(300, 120, "png"), fine = plotted(600, 120, "png");
+  const auto size_of = [](const std::string& png, std::size_t at) {
+    int size = 0;
+    for (std::size_t i = at; i < at + 4; ++i) size = 256 * size + static_cast<unsigned char>(png.at(i));
+    return size;
+  };
+  constexpr std::size_t width = 16, height = 20;  // where they stand in a PNG
+  CHECK(size_of(usual, width) == 1417);           // 120 mm
+  CHECK(size_of(fine, width) == 2834);
+  CHECK(std::abs(size_of(fine, height) - 2 * size_of(usual, height)) <= 1);
+  CHECK(contains(fine, std::string("pHYs\0\0\x5c\x46\0\0\x5c\x46\1", 13)));  // 23 622 a metre
+  CHECK(contains(fine, " --width 120mm --dpi 600 "));
+  CHECK_THROWS_WITH(plotted(600, 120, "pdf"), Contains("pdf has no pixels"));
+  CHECK_THROWS_WITH(plotted(4800, 120, "png"), Contains("choose 50 to 1200"));
+  CHECK_THROWS_WITH(plotted(1200, 1000, "png"), Contains("choose 50 to 762"));
+  CHECK_THROWS_WITH(plotted(std::nan(""), 120, "png"), Contains("choose 50"));
 }
 
 TEST_CASE("A figure as it is, plotted again, has the same bytes") {

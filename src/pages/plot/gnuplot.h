@@ -75,6 +75,7 @@ bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder);
 struct FigureStyle {
   std::string format = "pdf";  ///< pdf, svg, eps, png or tikz
   double width_mm = 0;         ///< 0: as wide as it is
+  double dpi = 300;            ///< pixels per inch, of a png
   double font_points = 9;
   std::string font = "DejaVu Sans";  ///< "TeX": that of TeX and its mathematics (tikz, eps)
   std::string language = "en";       ///< of its texts: en, fr or de

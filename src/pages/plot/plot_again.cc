@@ -32,6 +32,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 5> ends_of_f
 constexpr std::string_view font_of_tex = "TeX";
 
 constexpr double least_width_mm = 60, most_width_mm = 1000, least_points = 4, most_points = 40;
+constexpr double least_dpi_of_plots = 50, most_dpi_of_plots = 1200, most_pixels = 30'000;  // Cairo paints 32 767
 
 void require_possible(const FigureStyle& style) {
   const auto known = [&style](const auto& format) { return format.first == style.format; };
@@ -45,6 +46,15 @@ void require_possible(const FigureStyle& style) {
   if (!(style.font_points >= least_points && style.font_points <= most_points)) {
     throw InputError("text of {:g} pt cannot be read or fills the figure; give {:g} to {:g}", style.font_points,
                      least_points, most_points);
+  }
+  const FigureStyle usual;
+  const double inches = (style.width_mm == 0 ? 170 : style.width_mm) / 25.4;
+  const double most_dpi_here = std::min(most_dpi_of_plots, std::floor(most_pixels / inches));
+  if (style.dpi != usual.dpi && style.format != "png")
+    throw InputError("{} has no pixels, and is sharp at any size; give --dpi with --format png only", style.format);
+  if (!(style.dpi >= least_dpi_of_plots && style.dpi <= most_dpi_here)) {
+    throw InputError("a figure {:.3g} mm wide cannot be painted at {:g} pixels per inch; choose {:g} to {:g}",
+                     inches * 25.4, style.dpi, least_dpi_of_plots, most_dpi_here);
   }
 }
 
@@ -115,8 +125,9 @@ std::string with_tex_texts(const std::string& tikz) {
 
 /// The command that plots it again from the folder of its run.
 std::string command_of(const std::string& id, const FigureStyle& style) {
-  return fmt::format("granuscope figure OUT {} --format {}{} --font-size {} --font {}{}", id, style.format,
-                     style.width_mm == 0 ? "" : fmt::format(" --width {}mm", style.width_mm), style.font_points,
+  return fmt::format("granuscope figure OUT {} --format {}{}{} --font-size {} --font {}{}", id, style.format,
+                     style.width_mm == 0 ? "" : fmt::format(" --width {}mm", style.width_mm),
+                     style.dpi == FigureStyle().dpi ? "" : fmt::format(" --dpi {}", style.dpi), style.font_points,
                      gnuplot_string(style.font), style.language == "en" ? "" : " --language " + style.language);
 }
 
@@ -135,7 +146,7 @@ std::string marked(std::string bytes, const std::string& id, const FigureStyle& 
       return text;
     };
     constexpr std::size_t header = 33, kind = 4;
-    constexpr uLong pixels_per_metre = 11811;  // 300 an inch
+    const auto pixels_per_metre = static_cast<uLong>(std::lround(style.dpi / 0.0254));
     for (const std::string& text : {std::string("tEXtSoftware") + '\0' + mark,
                                     "pHYs" + number(pixels_per_metre) + number(pixels_per_metre) + '\1'}) {
       const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
@@ -321,8 +332,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
         "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id, what);
   };
   const auto bytes_as = [&](const std::string& format) {
-    std::string settings =
-        fmt::format("only = '{}'; points = {}; font = {}", format, style.font_points, gnuplot_string(style.font));
+    std::string settings = fmt::format("only = '{}'; dpi = {}; points = {}; font = {}", format, style.dpi,
+                                       style.font_points, gnuplot_string(style.font));
     if (style.width_mm != 0) settings += fmt::format("; width = {}", style.width_mm / 25.4);
     ProcessSpec process;
     process.arguments = {"gnuplot", "-d", "-e", settings, id + ".gp"};

@@ -112,8 +112,10 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
                    "which figure: its number in the report, or the name of its files, for example "
                    "scaling-with-friction (a list with titles if not given)");
   verb->add_option("--format", options->style.format,
-                   "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics (by the file's suffix, or pdf)")
+                   "pdf, svg, eps, png, or tikz, with TeX's own mathematics (by the file's suffix, or pdf)")
       ->transform(CLI::detail::to_lower);
+  verb->add_option("--dpi", options->style.dpi, "pixels per inch of a png; its text keeps its size")
+      ->capture_default_str();
   add_page_options(
       *verb, options->page,
       "86 (mm), 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)",
