@@ -125,7 +125,8 @@ struct Written {
 
 }  // namespace
 
-TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and the same bytes each time") {
+TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and the same bytes each time",
+          "[unsanitized]") {
   const Written report;
   REQUIRE(report.files.pdf);
   const std::filesystem::path& folder = report.run.path();

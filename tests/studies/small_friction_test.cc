@@ -115,7 +115,8 @@ TEST_CASE("The thrust of saturated piles slows down with the square of friction,
   CHECK(error < 0.06 / 100);
 }
 
-TEST_CASE("The peaks at small friction are measured where they are wide enough, with their exponents") {
+TEST_CASE("The peaks at small friction are measured where they are wide enough, with their exponents",
+          "[unsanitized]") {
   const auto study = small_friction_study();
   for (const Key& key : study->keys()) {
     if (key.name == "peaks_mu") key.set(std::vector<double>{0.1, 0.15, 0.2});
