@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -194,10 +195,10 @@ std::vector<std::string> lines_of(const std::string& file) {
 std::size_t indent_of(const std::string& line) { return line.find_first_not_of(' '); }
 
 /// What stands below "run: |" of each step.
-std::vector<std::string> github_commands() {
+std::vector<std::string> github_commands(const std::string& file) {
   std::vector<std::string> commands;
   std::size_t inside = 0;
-  for (const std::string& line : lines_of("ci/github.yml")) {
+  for (const std::string& line : lines_of(file)) {
     if (inside > 0 && indent_of(line) > inside) {
       commands.back() += line.substr(indent_of(line)) + "\n";
       continue;
@@ -263,10 +264,12 @@ const std::string experiment_text = smallest_experiment_text + "show = false\n[r
 }  // namespace
 
 TEST_CASE("The commands of the CI examples leave what their other steps take", "[long]") {
-  for (const auto& commands : {github_commands(), gitlab_commands()}) {
+  std::vector<std::string> on_github = github_commands("ci/github.yml");
+  std::ranges::copy(github_commands("ci/github-nightly.yml"), std::back_inserter(on_github));
+  for (const auto& commands : {on_github, gitlab_commands()}) {
     const test::TemporaryFolder folder;
     write_file(folder / "experiment.toml", experiment_text);
-    REQUIRE(commands.size() >= 2);
+    REQUIRE(commands.size() >= 3);
     for (const std::string& command : commands) {
       const ProcessResult result = in_shell(
           folder.path(), command,
@@ -274,11 +277,11 @@ TEST_CASE("The commands of the CI examples leave what their other steps take", "
       INFO(command << result.standard_error);
       CHECK(result.exit_code == 0);
     }
-    for (const char* left :
-         {"results/ensembles", "results/claims.xml", "results/report.html", "results/summary.json"}) {
+    for (const char* left : {"results/ensembles", "results/claims.xml", "results/report.html", "results/summary.json",
+                             "nights/index.html", "nights/badge.json", "nights/reports"}) {
       CHECK(fs::exists(folder / left));
     }
-    if (commands.size() < 3) continue;
+    if (commands != on_github) continue;
     CHECK_THAT(read_file(folder / "output"), Catch::Matchers::StartsWith("key="));
     CHECK_THAT(read_file(folder / "step"), Contains("| "));
     CHECK(fs::exists(folder / "page/index.html"));
