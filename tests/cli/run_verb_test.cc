@@ -424,6 +424,31 @@ TEST_CASE("no verb writes over what it has not written") {
   }
 }
 
+TEST_CASE("no picture, frame or archive takes the place of what it is made of, and no file that of another one") {
+  const test::TemporaryFolder folder;
+  make_run_and_pile(folder);
+  const std::string run = (folder / "run").string(), at = folder.path().string() + "/";
+  fs::copy(folder / "run/ensembles/mu-0.3.h5", folder / "e.png");
+  fs::create_directories(folder / "film");
+  fs::copy(folder / "pile.h5", folder / "film/frame-00000.png");
+  fs::create_directory_symlink(folder / "film", folder / "linked");
+  write_file(folder / "CITATION.cff", "cff-version: 1.2.0\ntitle: t\nauthors:\n  - family-names: A\n");
+  fs::current_path(folder.path());
+  for (const auto& [file, arguments] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+           {"e.png", {"render", at + "e.png", "-o", "e.png", "--force"}},
+           {"film/frame-00000.png", {"render", at + "film/frame-00000.png", "--film", "linked", "--step", "5"}},
+           {"CITATION.cff", {"pack", run, "-o", at + "CITATION.cff", "--force"}},
+           {"none",
+            {"sample", "--mu", "0.3", "--columns", "20", "--layers", "10", "--samples", "64", "--statistics", "--out",
+             "none", "--distributions", "./none"}}}) {
+    INFO(file);
+    const std::string before = fs::exists(file) ? read_file(file) : "";
+    CHECK(granuscope_command(arguments).code == 2);
+    CHECK((fs::exists(file) ? read_file(file) : "") == before);
+  }
+  fs::current_path("/");
+}
+
 TEST_CASE("no verb writes over what it reads, --force or not") {
   const test::TemporaryFolder folder;
   make_run_and_pile(folder);

@@ -151,7 +151,7 @@ TEST_CASE("A picture does not replace the pile it is drawn of") {
     CAPTURE(arguments);
     const auto result = granuscope_command(arguments);
     CHECK(result.code == 2);
-    CHECK_THAT(result.err, Contains("is the pile to be rendered, which the picture would replace"));
+    CHECK_THAT(result.err, Contains("is read by this command"));
   }
   CHECK(read_file(pile) == before);
   CHECK(read_file(other) == uniform);

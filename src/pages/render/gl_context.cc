@@ -375,20 +375,12 @@ class OsMesaContext : public GlContext {
     require_known_driver();
     static const OsMesaLibrary opened = open_osmesa();
     library_ = &opened;
-    constexpr std::array<int, 13> attributes = {OSMESA_FORMAT,
-                                                OSMESA_RGBA,
-                                                OSMESA_DEPTH_BITS,
-                                                0,
-                                                OSMESA_PROFILE,
-                                                OSMESA_CORE_PROFILE,
-                                                OSMESA_CONTEXT_MAJOR_VERSION,
-                                                3,
-                                                OSMESA_CONTEXT_MINOR_VERSION,
-                                                3,
-                                                0,
-                                                0,
-                                                0};
-    context_ = library_->create(attributes.data(), nullptr);
+    constexpr std::array<std::array<int, 2>, 6> attributes = {{{OSMESA_FORMAT, OSMESA_RGBA},
+                                                               {OSMESA_DEPTH_BITS, 0},
+                                                               {OSMESA_PROFILE, OSMESA_CORE_PROFILE},
+                                                               {OSMESA_CONTEXT_MAJOR_VERSION, 3},
+                                                               {OSMESA_CONTEXT_MINOR_VERSION, 3}}};
+    context_ = library_->create(attributes.front().data(), nullptr);
     if (context_ == nullptr) {
       throw EnvironmentError(
           "OSMesa gives no OpenGL 3.3 core context, so no picture can be rendered; install libosmesa6 of Debian 12 or "

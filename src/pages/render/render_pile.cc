@@ -130,12 +130,6 @@ SceneCounts count_elements(const Pile& pile, const Pile* minus, const SceneSpec&
 
 SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata) {
   require_known_format(files.image);
-  for (const std::filesystem::path& pile : {files.pile, files.minus}) {
-    std::error_code none;
-    if (pile.empty() || !std::filesystem::equivalent(pile, files.image, none) || none) continue;
-    throw InputError("'{}' is the pile to be rendered, which the picture would replace; name another image",
-                     files.image.string());
-  }
   Lap lap;
   const std::shared_ptr<PileLayers> layers =
       open_pile_layers(files.pile, [&](const Lattice& lattice) { return range_needed(lattice, spec); });

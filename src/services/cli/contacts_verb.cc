@@ -108,6 +108,7 @@ void draw(const Packing& packing, const ContactsOptions& options, VerbContext& c
 void draw_film(const PackingSource& source, ContactsOptions options, VerbContext& context) {
   options.scene.backend = "none";
   options.film.force = options.image.force;
+  options.film.inputs = {options.contacts, options.particles, options.walls};
   const PackingFilm film(source, options.mu, options.scene);
   write_film(
       options.film, film.frames(), false, how_many(film.frames(), "frame"),

@@ -18,13 +18,9 @@ constexpr Names<NetworkPart, 3> parts = {
     {{NetworkPart::contacts, "contacts"}, {NetworkPart::beads, "beads"}, {NetworkPart::walls, "walls"}}};
 
 /// Suffixes that stand for a format; that of tables for PeGS2, .txt, does not.
-constexpr std::array<SuffixOfFormat, 7> suffixes = {{{".vtu", "vtu"},
-                                                     {".local", "dump-local"},
-                                                     {".dump", "dump-local"},
-                                                     {".pegs", "pegs"},
-                                                     {".graphml", "graphml"},
-                                                     {".csv", "csv"},
-                                                     {".vti", "vti"}}};
+constexpr SuffixOfFormat suffixes[] = {{".vtu", "vtu"},   {".local", "dump-local"}, {".dump", "dump-local"},
+                                       {".pegs", "pegs"}, {".graphml", "graphml"},  {".csv", "csv"},
+                                       {".vti", "vti"}};
 
 struct ExportOptions {
   std::string source, format, part;

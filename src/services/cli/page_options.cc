@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <initializer_list>
 
+#include "cli/flag_checks.h"
 #include "ensemble/ensemble_runner.h"
 #include "plot/plot_texts.h"
 #include "render/font.h"
@@ -116,12 +117,12 @@ void apply_page(PageOptions& page, SceneSpec& scene, VerbContext& context) {
 namespace {
 
 /// Frames of another film would be taken for some of this one.
-void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames, bool force) {
-  for (const fs::path& entry : entries_of(folder)) {
+void require_no_other_frames(const FilmOptions& options, std::size_t frames) {
+  for (const fs::path& entry : entries_of(options.folder)) {
     const std::string name = entry.filename().string();
     if (!name.starts_with("frame-") || entry.extension() != ".png") continue;
     if (name < Film::name_of(frames).string()) {
-      if (!force) require_replaceable(entry);
+      OutputFile{entry.string(), options.force}.require_free(options.inputs);
       continue;
     }
     throw InputError(
@@ -137,7 +138,7 @@ void write_film(const FilmOptions& options, std::size_t frames, bool even, const
                 const std::function<void(std::size_t)>& frame, VerbContext& context) {
   const std::filesystem::path folder = options.folder;
   make_folder(folder);
-  require_no_other_frames(folder, frames, options.force);
+  require_no_other_frames(options, frames);
   const auto start = std::chrono::steady_clock::now();
   try {
     for_each_index(frames, options.threads, [&](std::size_t one) {

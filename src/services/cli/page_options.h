@@ -39,6 +39,7 @@ struct FilmOptions {
   std::string folder;
   int threads = 0;
   bool force = false;
+  std::vector<std::filesystem::path> inputs = {};  ///< which no frame may replace
 };
 /// Lets `frame` write each frame, and tells `what` was written and how a video is made of it, of any size or of one
 /// with `even` sides. Throws InputError if the folder has frames of another film, Interrupted.

@@ -36,13 +36,8 @@ void choose_format(FigureOptions& options) {
     options.file.path = options.id + "." + options.style.format;
     return;
   }
-  constexpr std::array<SuffixOfFormat, 7> known = {{{".pdf", "pdf"},
-                                                    {".svg", "svg"},
-                                                    {".eps", "eps"},
-                                                    {".ps", "eps"},
-                                                    {".png", "png"},
-                                                    {".tikz", "tikz"},
-                                                    {".tex", "tikz"}}};
+  constexpr SuffixOfFormat known[] = {{".pdf", "pdf"}, {".svg", "svg"},   {".eps", "eps"}, {".ps", "eps"},
+                                      {".png", "png"}, {".tikz", "tikz"}, {".tex", "tikz"}};
   options.style.format = format_by_name(options.file.path, options.style.format, known);
 }
 
@@ -221,6 +216,7 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
   options.image.path = Film::name_of(0);
   const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
   options.frames.force = options.image.force;
+  options.frames.inputs = {options.pile_file, options.minus_file};
   write_film(
       options.frames, film.frames(), options.scene.width_px % 2 == 0 && options.film.height_px % 2 == 0,
       fmt::format("{} of {} each", how_many(film.frames(), "frame"), how_many(film.layers_seen(), "layer")),
@@ -250,7 +246,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
     throw InputError("no picture is named; give IMAGE.png after the pile, or --film DIR for a film");
   }
 
-  if (!options.image.force) require_replaceable(options.image.path);
+  options.image.require_free({options.pile_file, options.minus_file});
   const std::string configuration = configuration_if_ensemble(options.pile_file);
   const auto render_file = [&] {
     try {

@@ -115,12 +115,10 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
-/// Of the file that is named, or of the one in this folder; none where neither is.
-std::optional<Citation> citation_in(const std::string& file) {
-  constexpr const char* beside = "CITATION.cff";
-  if (!file.empty()) return read_citation(file);
-  if (file_exists(beside)) return read_citation(beside);
-  return {};
+/// Names the one in this folder where none is named; none where neither is.
+std::optional<Citation> citation_in(std::string& file) {
+  if (file.empty() && file_exists("CITATION.cff")) file = "CITATION.cff";
+  return file.empty() ? std::nullopt : std::optional(read_citation(file));
 }
 
 constexpr const char* no_citation = "; it names no authors and no licence, since no CITATION.cff is here (--citation)";
@@ -131,13 +129,13 @@ struct PackVerbOptions {
   bool with_ensembles = false;
 };
 
-ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
+ExitCode pack(PackVerbOptions& given, VerbContext& context) {
   require_suffix(given.archive.path, ".zip");
-  given.archive.require_free({given.folder, given.citation});
   PackOptions options;
   options.with_ensembles = given.with_ensembles;
   options.sources = given.sources;
   options.citation = citation_in(given.citation);
+  given.archive.require_free({given.folder, given.citation});
   const std::size_t files = pack_run(given.folder, given.archive.path, options);
   context.wrote(given.archive.path, fmt::format(" with {} files{}", files, options.citation ? "" : no_citation));
   return ExitCode::done;

@@ -309,6 +309,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   }
   if (!options.distributions.empty()) {
     require_suffix(options.distributions, ".csv");
+    if (fs::path(options.distributions).lexically_normal() == fs::path(options.file.path).lexically_normal())
+      throw InputError("--distributions and --out name one file, {}; name two", options.file.path);
     OutputFile{options.distributions, options.file.force}.require_free({}, head_of_distributions);
     if (!(first >= 0 && first <= last && last < spec.lattice.layers && first == std::floor(first) &&
           last == std::floor(last))) {
