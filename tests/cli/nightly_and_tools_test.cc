@@ -374,6 +374,21 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   ProcessSpec known;
   known.arguments = {"git", "-C", GRANUSCOPE_SOURCE_DIR, "cat-file", "-e", commit};
   if (run_process(known).exit_code == 0) {
+    // What a received clone has set runs no command.
+    const fs::path clone = scratch / "clone", ran = scratch / "ran";
+    const auto git = [&](std::vector<std::string> words) {
+      words.insert(words.begin(), "git");
+      ProcessSpec process;
+      process.arguments = words;
+      REQUIRE(run_process(process).exit_code == 0);
+    };
+    git({"clone", "--quiet", "--shared", "--no-checkout", GRANUSCOPE_SOURCE_DIR, clone.string()});
+    const std::string touch = "touch " + ran.string() + "; cat";
+    for (const char* key : {"tar.tar.gz.command", "filter.x.smudge", "core.fsmonitor"})
+      git({"-C", clone.string(), "config", key, touch});
+    write_file(clone / ".git/info/attributes", "* filter=x\n");
+    REQUIRE(packed(again, {"--with-sources", clone.string()}).code == 0);
+    CHECK_FALSE(fs::exists(ran));
     REQUIRE(packed(again, {"--with-sources", GRANUSCOPE_SOURCE_DIR}).code == 0);
     (void)told_by(again);
     ProcessSpec list;

@@ -168,19 +168,12 @@ constexpr const char* process_run = "https://w3id.org/ro/wfrun/process/0.5";
 // Identifiers within the crate.
 constexpr const char *of_run = "#run", *of_program = "#granuscope", *of_licence = "#licence";
 
-constexpr std::array<std::pair<const char*, const char*>, 13> formats = {{{".json", "application/json"},
-                                                                          {".toml", "application/toml"},
-                                                                          {".html", "text/html"},
-                                                                          {".pdf", "application/pdf"},
-                                                                          {".svg", "image/svg+xml"},
-                                                                          {".png", "image/png"},
-                                                                          {".csv", "text/csv"},
-                                                                          {".gp", "text/plain"},
-                                                                          {".xml", "application/xml"},
-                                                                          {".md", "text/markdown"},
-                                                                          {".yml", "application/yaml"},
-                                                                          {".gz", "application/gzip"},
-                                                                          {".h5", "application/x-hdf5"}}};
+constexpr std::pair<const char*, const char*> formats[] = {
+    {".json", "application/json"}, {".toml", "application/toml"}, {".html", "text/html"},
+    {".pdf", "application/pdf"},   {".svg", "image/svg+xml"},     {".png", "image/png"},
+    {".csv", "text/csv"},          {".gp", "text/plain"},         {".xml", "application/xml"},
+    {".md", "text/markdown"},      {".yml", "application/yaml"},  {".gz", "application/gzip"},
+    {".h5", "application/x-hdf5"}};
 
 /// What the files at the top of a run's folder are; the others are told by their folder.
 constexpr std::array<std::pair<const char*, const char*>, 14> descriptions = {
@@ -289,11 +282,17 @@ Json program_entity(const Json& provenance) {
 
 /// Throws InputError unless `clone` has the commit that the program was built from.
 std::string sources_of(const fs::path& clone, const Json& provenance) {
-  const std::string commit = provenance.at("git_commit");
+  const std::string told = provenance.at("git_commit");
+  const std::string commit = told.substr(std::min(told.size(), told.find_first_not_of('-')));  // no option of git
   const ScratchFolder scratch("sources");
-  const fs::path archive = scratch.path() / sources_name;
+  const fs::path archive = scratch.path() / sources_name, bare = scratch.path() / "git";
+  // That clone lends its objects alone: its settings and attributes may name commands.
+  (void)run_process(
+      {.arguments = {"git", "clone", "--quiet", "--bare", "--shared", "--", clone.string(), bare.string()},
+       .working_folder = {},
+       .environment = {}});
   const auto result =
-      run_process({.arguments = {"git", "-C", clone.string(), "archive", "--format=tar.gz",
+      run_process({.arguments = {"git", "--git-dir", bare.string(), "archive", "--format=tar.gz",
                                  "--prefix=granuscope-" + commit.substr(0, 12) + "/", "-o", archive.string(), commit},
                    .working_folder = {},
                    .environment = {}});
