@@ -525,6 +525,32 @@ TEST_CASE("A history in which a number is of another kind, negative or infinite 
   if (!told.empty()) CHECK_THROWS_WITH(book.last(0), Contains("damaged (" + told + ")"));
 }
 
+TEST_CASE("What somebody keeps in a history is neither removed with what nights leave nor written through a link") {
+  const TemporaryFolder history, other;
+  const NightlyOptions options = nights_in(history.path());
+  run_night(experiment(), options);
+  run_night(experiment(), options);
+  for (const char* mine : {".latest/thesis.tex", "pool/figures/last-year.csv"}) {
+    make_folder((history / mine).parent_path());
+    write_file(history / mine, "mine");
+    CHECK(told(run_night(experiment(), options)).empty());
+    CHECK(read_file(history / mine) == "mine");
+  }
+  fs::remove(history / "pool/ensembles/mu-0.3.h5");
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"pool"});
+  CHECK_THROWS_WITH(accept_night(history.path(), 5), Contains("last-year.csv") && Contains("nothing was"));
+  CHECK(fs::exists(history / "pool/summary.json"));
+  fs::remove(history / "pool/figures/last-year.csv");
+  CHECK(told(run_night(experiment(), options)).empty());
+  CHECK(NightBook(history.path()).night(6).samples == round_of_samples);
+
+  fs::rename(history / "badge.json", other / "badge.json");
+  fs::create_symlink(other / "badge.json", history / "badge.json");
+  const std::string badge = read_file(other / "badge.json");
+  CHECK_THROWS_AS(run_night(experiment(), options), InputError);
+  CHECK(read_file(other / "badge.json") == badge);
+}
+
 TEST_CASE("A pool that was cut short alarms until the night is accepted, and its page links to what is there") {
   const TemporaryFolder history, copy;
   NightlyOptions options = nights_in(history.path());

@@ -7,6 +7,8 @@
 
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
+#include "pipeline/quiet_run.h"
+#include "report/run_files.h"
 #include "support/error.h"
 #include "support/files.h"
 
@@ -89,8 +91,19 @@ TEST_CASE("what the user keeps beside the results of a run is no reason to refus
   write_file(folder / "notes.md", "mine");
   CHECK_NOTHROW(require_own_results(folder.path(), ""));
   write_file(folder / "experiment.toml", print_experiment(small_experiment()));
-  write_file(folder / "summary.md", "of a run that left no manifest");
+  make_folder(folder / "ensembles");
+  make_folder(folder / "figures");
+  write_file(folder / "ensembles/mu-0.3.h5", "\x89HDF of shards: granuscope ensemble");
   CHECK_NOTHROW(require_own_results(folder.path(), ""));
+  for (const char* mine : {"summary.md", "report.pdf", "figures/mine.svg"}) {  // a run tells its folder first
+    INFO(mine);
+    write_file(folder / mine, "mine");
+    CHECK_THROWS_WITH(require_own_results(folder.path(), ""), Contains(mine));
+    fs::remove(folder / mine);
+  }
+  fs::create_symlink("/etc/hostname", folder / "summary.md");  // told by --dry-run, too
+  CHECK_THROWS_WITH(require_own_results(folder.path(), ""), Contains("is a link"));
+  fs::remove(folder / "summary.md");
   write_file(folder / "experiment.toml", "# my own words\n" + smallest_experiment_text);
   CHECK_THROWS_AS(require_own_results(folder.path(), ""), InputError);
 }
@@ -119,11 +132,13 @@ TEST_CASE("a run is removed as a whole, or not at all where it holds something e
   const fs::path run = folder / "pool";
   fs::create_directories(run / "ensembles/mu-0.3.blocks");
   fs::create_directories(run / "figures");
-  for (const char* file : {"manifest.json", "summary.json", "ensembles/mu-0.3.h5", "ensembles/mu-0.3.blocks/7.part.h5",
-                           "figures/a.svg", "figures/a.gp"}) {
-    write_file(run / file, "x");
+  for (const char* file : {"summary.json", "ensembles/mu-0.3.h5", "ensembles/mu-0.3.blocks/7.part.h5", "figures/a.csv",
+                           "figures/last-a.csv", "figures/a.gp"}) {
+    write_file(run / file, "a granuscope ensemble");
   }
-  const auto mine = GENERATE(as<std::string>(), "thesis.tex", "figures/talk.odp", "ensembles/notes.txt");
+  write_file(run / "manifest.json", R"({"figure_files": ["figures/a.csv", "figures/a.gp"]})");
+  const auto mine = GENERATE(as<std::string>(), "thesis.tex", "figures/talk.odp", "ensembles/notes.txt",
+                             "figures/thesis.pdf", "figures/b.csv", "figures/README", "ensembles/data.h5", "paper.h5");
   INFO(mine);
   write_file(run / mine, "mine");
   CHECK_THROWS_WITH(remove_run(run), Contains(mine) && Contains("nothing was"));
@@ -133,4 +148,27 @@ TEST_CASE("a run is removed as a whole, or not at all where it holds something e
   remove_run(run);
   CHECK_FALSE(fs::exists(run));
   CHECK_NOTHROW(remove_run(run));
+}
+
+TEST_CASE("What somebody has changed in the folder of a run, or put there, is kept under another name") {
+  const TemporaryFolder folder;
+  Experiment small = parse_experiment(one_plot_text, "small.toml");
+  small.force_chains.show = true;
+  run_experiment(small, quiet(folder.path()));
+  const auto [file, other] = GENERATE(table<std::string, bool>({{"figures/response-profiles.gp", false},
+                                                                {"figures/response-profiles.svg", true},
+                                                                {"summary.md", false},
+                                                                {"summary.md", true},
+                                                                {"report.html", true},
+                                                                {"report.pdf", true}}));  // it made none
+  CAPTURE(file, other);
+  write_file(folder / file, "my own work");
+  if (other) small.force_chains.show = false;
+  CHECK(keep_changed(folder.path(), true) == std::vector<fs::path>{file});
+  CHECK(read_file(folder / file) == "my own work");
+  run_experiment(small, quiet(folder.path()));
+  CHECK(read_file(folder / (file + ".kept")) == "my own work");
+  CHECK(fs::exists(folder / file) == (file != "report.pdf"));
+  CHECK(fs::exists(folder / "piles/force-chains.h5") == !other);
+  CHECK(keep_changed(folder.path(), true).empty());
 }

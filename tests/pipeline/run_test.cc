@@ -468,8 +468,14 @@ TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else d
   const fs::perms own = fs::perms::owner_read | fs::perms::owner_write;
   for (const char* file : {"report.html", "summary.json"}) fs::permissions(folder / file, own);
   run_experiment(small, quiet(folder.path(), {Stage::sample}));  // has no figures of its own
-  CHECK(fs::exists(folder / "figures/response-profiles.svg"));
+  for (const char* of : {"figures/", "piles/"}) {                // nor passes those for its own
+    const std::string name = of[0] == 'f' ? "response-profiles.svg" : "force-chains.h5";
+    CHECK_FALSE(fs::exists(folder / (of + name)));
+    CHECK(fs::exists(folder / (of + ("earlier-" + name))));
+  }
   run_experiment(small, quiet(folder.path()));
+  CHECK(fs::exists(folder / "piles/force-chains.h5"));
+  CHECK_FALSE(fs::exists(folder / "piles/earlier-force-chains.h5"));
   for (const auto& entry : fs::directory_iterator(folder / "figures")) {
     CHECK(entry.path().filename().string().find("response-profiles") == std::string::npos);
   }

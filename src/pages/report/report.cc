@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 
 #include "report/page_overlays.h"
 #include "report/page_scope.h"
 #include "report/pdf_report.h"
+#include "report/run_files.h"
 #include "report/summary_json.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -28,12 +28,6 @@ ReportFiles files_in(const std::filesystem::path& run_folder) {
 
 namespace {
 
-constexpr std::array report_names = {"summary.json", "summary.md", "claims.xml", "report.html", "report.pdf"};
-
-std::filesystem::path set_aside(const std::filesystem::path& run_folder, const char* name) {
-  return run_folder / (std::string("earlier-") + name);
-}
-
 /// A report in print of other numbers would pass for one of these, where none can be made of them.
 void forget_report_of_others(const std::filesystem::path& run_folder, const std::string& summary) {
   const std::filesystem::path pdf = run_folder / "report.pdf", there = run_folder / "summary.json";
@@ -44,11 +38,14 @@ void forget_report_of_others(const std::filesystem::path& run_folder, const std:
 
 }  // namespace
 
-void set_aside_report(const std::filesystem::path& run_folder) {
-  for (const char* name : report_names) {
-    std::error_code not_there;
-    std::filesystem::rename(run_folder / name, set_aside(run_folder, name), not_there);
-  }
+fs::path set_aside(const fs::path& run_folder, const fs::path& file) {
+  return run_folder / file.parent_path() / ("earlier-" + file.filename().string());
+}
+
+void set_aside_results(const fs::path& run_folder, std::set<std::string> figures) {
+  figures.insert(report_names.begin(), report_names.end());
+  std::error_code not_there;
+  for (const std::string& file : figures) fs::rename(run_folder / file, set_aside(run_folder, file), not_there);
 }
 
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf) {
@@ -58,7 +55,7 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   files.summary = run_folder / "summary.json";
   // Who has closed an earlier report to others has closed the next one, too.
   const auto write = [&](const std::filesystem::path& file, const std::string& bytes) {
-    write_file(file, bytes, set_aside(run_folder, file.filename().c_str()));
+    write_file(file, bytes, set_aside(run_folder, file.filename()));
   };
   forget_report_of_others(run_folder, summary);
   write(files.summary, summary);

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,10 +29,12 @@ struct ReportFiles {
 /// The same of a report that is there already.
 ReportFiles files_in(const std::filesystem::path& run_folder);
 
-/// Renames the files of the report that another experiment has left, from report.html to earlier-report.html: under
-/// their own names they would pass for those of the run that begins, should it not come to its end. The next report
-/// that is written removes them.
-void set_aside_report(const std::filesystem::path& run_folder);
+/// Renames the files of the report, and figures, that another experiment has left, from report.html to
+/// earlier-report.html: under their own names they would pass for those of the run that begins, should it not come to
+/// its end. The next report that is written removes them.
+void set_aside_results(const std::filesystem::path& run_folder, std::set<std::string> figures);
+/// The name that one of them gets.
+std::filesystem::path set_aside(const std::filesystem::path& run_folder, const std::filesystem::path& file);
 
 /// Writes summary.json, claims.xml, summary.md, report.html and report.pdf into `run_folder`, each whole or not at all.
 /// Figures are read from `run_folder` by the relative paths they carry. Throws InputError for a figure that cannot be

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <system_error>
 #include <utility>
@@ -83,8 +82,7 @@ std::string run_again(const fs::path& run_folder) {
 
 std::string changed_since_run(const fs::path& run_folder, const std::string& begins, const std::string& ends,
                               bool whole) {
-  try {
-    const auto manifest = Json::parse(read_json(run_folder / manifest_file));
+  const auto changed = told_by_manifest(run_folder, [&](const Json& manifest) -> std::optional<std::string> {
     if (manifest.contains("digest") && manifest.at("digest") != digest_of(manifest)) return manifest_file;
     for (const auto& file : manifest.at("files")) {
       std::string name = file.at("path");
@@ -95,10 +93,8 @@ std::string changed_since_run(const fs::path& run_folder, const std::string& beg
       if (!file_exists(run_folder / name) || file.at("sha256") != sha256_of_file(run_folder / name)) return name;
     }
     return "";
-  } catch (const nlohmann::json::exception&) {  // NOLINT(bugprone-empty-catch): of an older program, or no manifest
-  } catch (const InputError&) {                 // NOLINT(bugprone-empty-catch): there is none
-  }
-  return whole ? manifest_file : "";
+  });
+  return changed.value_or(whole ? manifest_file : "");  // of an older program, or none
 }
 
 std::vector<ListedFigure> list_figures(const fs::path& run_folder) {
@@ -124,14 +120,12 @@ std::vector<ListedFigure> list_figures(const fs::path& run_folder) {
 }
 
 std::string left_out_by_run(const fs::path& run_folder) {
-  if (!file_exists(run_folder / manifest_file)) return "";
-  const auto manifest = Json::parse(shallow_json(read_file(run_folder / manifest_file)), nullptr, false);
-  std::string told;
-  for (const auto& one : manifest.is_object() ? manifest.value("skipped", Json::array()) : Json::array()) {
-    if (one.is_string() && one.get<std::string>().find(" is left out") != std::string::npos)
-      told += " " + one.get<std::string>();
-  }
-  return told;
+  return told_by_manifest(run_folder, [](const Json& manifest) {
+    std::string told;
+    for (const std::string one : manifest.at("skipped"))
+      if (one.find(" is left out") != std::string::npos) told += " " + one;
+    return told;
+  });
 }
 
 void require_unchanged(const fs::path& run_folder, const std::string& begins, const std::string& ends) {
@@ -217,6 +211,30 @@ std::vector<fs::path> files_of_run(const fs::path& folder) {
   return files;
 }
 
+}  // namespace
+
+std::vector<fs::path> keep_changed(const fs::path& run_folder, bool dry) {
+  return told_by_manifest(run_folder, [&](const Json& manifest) {
+    std::map<std::string, Json> left;
+    for (const Json& file : manifest.at("files")) left[file.at("path")] = file.at("sha256");
+    const std::set<std::string> figures = manifest.at("figure_files");
+    std::vector<fs::path> changed;
+    for (const fs::path& file : files_of_run(run_folder)) {
+      const bool report = !left.empty() && std::count(report_names.begin(), report_names.end(), file) > 0;
+      const auto was = left.find(file.string());
+      const bool ours = was != left.end() && was->second == sha256_of_file(run_folder / file);
+      if (ours || (!report && (was == left.end() || !figures.contains(file.string())))) continue;
+      changed.push_back(file);
+      fs::path kept = run_folder / file;
+      while (path_exists(kept)) kept += ".kept";
+      if (!dry) fs::rename(run_folder / file, kept);
+    }
+    return changed;
+  });
+}
+
+namespace {
+
 Json files_json(const fs::path& folder) {
   Json json = Json::array();
   for (const fs::path& relative : files_of_run(folder)) {
@@ -288,8 +306,11 @@ std::optional<std::string> experiment_key_of_run(const fs::path& run_folder) {
 }
 
 std::set<std::string> earlier_figure_files(const fs::path& run_folder) {
-  return told_by_manifest(run_folder,
-                          [](const Json& manifest) -> std::set<std::string> { return manifest.at("figure_files"); });
+  std::set<std::string> files = told_by_manifest(
+      run_folder, [](const Json& manifest) -> std::set<std::string> { return manifest.at("figure_files"); });
+  std::erase_if(files, [](const fs::path& file) { return file.parent_path() != "figures"; });  // of any origin
+  files.insert(pile_files.begin(), pile_files.end());
+  return files;
 }
 
 std::string timings_json(const ReportData& data, const RunOutcome& outcome) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -9,6 +10,9 @@
 #include "report/report_data.h"
 
 namespace granuscope {
+inline constexpr std::array report_names = {"summary.json", "summary.md", "claims.xml", "report.html", "report.pdf"};
+inline constexpr std::array pile_files = {"piles/force-chains.h5", "piles/overloaded.h5", "piles/uniform.h5"};
+
 /// What a later run need not make again, kept in manifest.json.
 struct FinishedRun {
   std::string made_from;                ///< one word for all that the results depend on
@@ -41,6 +45,10 @@ std::string changed_since_run(const std::filesystem::path& run_folder, const std
 /// Throws InputError if there is one.
 void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins,
                        const std::string& ends = "");
+
+/// Renames reports and figures that are not what the last run left there, by its manifest, to NAME.kept, so that the
+/// next one replaces nobody's work; `dry`: leaves them. Their names. None where that run was killed.
+std::vector<std::filesystem::path> keep_changed(const std::filesystem::path& run_folder, bool dry = false);
 
 /// A figure as the report numbers it, from 1 on.
 struct ListedFigure {
@@ -79,7 +87,7 @@ std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& 
 /// program has left a manifest there.
 std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder);
 
-/// The files of figures that runs have left in this folder, as its manifest lists them. Empty as above.
+/// The files of piles, and of figures that runs have left in this folder, as its manifest lists them.
 std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder);
 
 /// The wall times of the stages: timings.json.

@@ -10,6 +10,7 @@
 #include "pipeline/run_folder.h"
 #include "pipeline/shards.h"
 #include "report/report.h"
+#include "report/run_files.h"
 #include "sampling/sampler_spec.h"
 #include "support/progress.h"
 #include "support/provenance.h"
@@ -90,6 +91,9 @@ ExitCode tell_plan(const Experiment& experiment, const RunOptions& options, cons
     out << "everything is there already, and nothing it is made from has changed: nothing would be done\n";
     return ExitCode::done;
   }
+  for (const auto& file : keep_changed(options.folder, true))
+    out << fmt::format("{0} is not what the last run left there, and would be {1}{0}{2}\n", file.string(),
+                       options.force ? "replaced: " : "kept as ", options.force ? "" : ".kept");
   const auto plan = shard ? plan_shard(experiment, options, *shard) : plan_run(experiment, options);
   try {
     print_plan(experiment, options, plan, worker_count(options.threads), out);

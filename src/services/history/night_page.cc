@@ -267,12 +267,12 @@ std::string badge(const Night& last) {
 /// A link appears whole, too. Where the file system has none, copies take its place; so do they in a copy of a history,
 /// where they are those of an older night.
 void point_latest_to(const fs::path& folder, const std::string& report) {
-  const fs::path target = fs::path("reports") / report, link = folder / "latest", beside = folder / ".latest";
+  const fs::path target = fs::path("reports") / report, link = folder / "latest",
+                 beside = folder / scratch_name("latest");
   std::error_code error;
   if (fs::is_regular_file(fs::symlink_status(link, error))) {
     throw EnvironmentError("'{}' is a file where a link to the last report stands; move it away", link.string());
   }
-  fs::remove_all(beside, error);
   fs::create_directory_symlink(target, beside, error);
   if (error) fs::copy(folder / target, beside, fs::copy_options::recursive, error);
   if (!error && fs::is_directory(fs::symlink_status(link))) remove_run(link);
@@ -341,7 +341,8 @@ void write_pages(const fs::path& folder, const NightBook& book) {
 void tell_not_run(const fs::path& folder) {
   const fs::path file = folder / "badge.json";
   // What somebody else calls so stays as it is.
-  if (!file_exists(file) || read_file(file).find("granuscope nightly") == std::string::npos) return;
+  if (fs::is_symlink(file) || !file_exists(file) || read_file(file).find("granuscope nightly") == std::string::npos)
+    return;
   const Json json = {{"schemaVersion", 1},
                      {"label", "granuscope nightly"},
                      {"message", fmt::format("not run on {}", current_time().substr(0, 10))},

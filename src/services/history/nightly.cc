@@ -388,13 +388,11 @@ class NightRun {
   /// Tonight's figures have the points of the last night behind theirs.
   void keep_last_points() {
     const fs::path figures = pool_folder() / "figures";
-    for (const fs::path& entry : entries_of(figures)) {
-      const std::string name = entry.filename();
-      if (name.starts_with("last-")) remove_if_there(entry);
-    }
-    for (const fs::path& entry : entries_of(figures)) {
-      const std::string name = entry.filename();
-      if (name.ends_with(".csv") && !name.starts_with(behind)) keep_copy(entry, figures / ("last-" + name));
+    for (const std::string& file : earlier_figure_files(pool_folder())) {
+      const std::string name = fs::path(file).filename(), last = figures / ("last-" + name);
+      if (!name.ends_with(".csv") || name.starts_with(behind) || !path_exists(figures / name)) continue;
+      remove_if_there(last);
+      keep_copy(figures / name, last);
     }
   }
 

@@ -91,9 +91,13 @@ class Run {
     if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
     figure_files_ = earlier_figure_files(options_.folder);
-    if (!options_.force) require_own_results(options_.folder, data_.resolved_experiment);
+    if (!options_.force) {
+      require_own_results(options_.folder, data_.resolved_experiment);
+      for (const auto& file : keep_changed(options_.folder))
+        log_line(options_.progress, "{0} is not what the last run left there: kept as {0}.kept", file.string());
+    }
     const std::optional<std::string> before = experiment_key_of_run(options_.folder);
-    if (before && *before != data_.resolved_experiment_key) set_aside_report(options_.folder);
+    if (before && *before != data_.resolved_experiment_key) set_aside_results(options_.folder, figure_files_);
     mark_unfinished();
     try {
       write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
@@ -198,11 +202,11 @@ class Run {
   /// What an earlier run of another experiment plotted, and this one does not, is no figure of this folder any more.
   void remove_earlier_figures() {
     std::set<std::string> own;
+    if (needs(Stage::render) && experiment_.force_chains.show) own.insert(pile_files.begin(), pile_files.end());
     for (const Figure& figure : data_.figures) own.merge(files_of(figure));
     for (const std::string& file : figure_files_) {
-      const std::filesystem::path path(file);  // a manifest may come from anywhere: nothing but figures is removed
-      const bool in_place = path == std::filesystem::path("figures") / path.filename();
-      if (in_place && !own.contains(file)) remove_if_there(options_.folder / path);
+      remove_if_there(set_aside(options_.folder, file));
+      if (!own.contains(file)) remove_if_there(options_.folder / file);
     }
     figure_files_ = std::move(own);
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -15,6 +16,7 @@
 #include "experiment/experiment_file.h"
 #include "report/run_files.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -24,23 +26,21 @@ constexpr std::array run_files = {
     "claims.xml",         "report.html",        "report.pdf",          "samples",           "earlier-summary.json",
     "earlier-summary.md", "earlier-claims.xml", "earlier-report.html", "earlier-report.pdf"};
 constexpr std::array run_folders = {"ensembles", "piles", "figures", "shards"};
-constexpr std::array history_entries = {"canary",
-                                        "pool",
-                                        "before",
-                                        "reports",
-                                        "index.html",
-                                        "badge.json",
-                                        "alert.md",
-                                        "history.sqlite",
-                                        "history.sqlite-wal",
-                                        "history.sqlite-shm"};
+const std::vector<std::string> history_entries = parts_between(
+    "canary|pool|before|reports|index.html|badge.json|alert.md|history.sqlite|history.sqlite-wal|history.sqlite-shm",
+    "|");
 
-/// Extensions of what runs write below their folder.
-const std::set<std::string> own_extensions = {".h5", ".notes", ".svg", ".pdf", ".png", ".csv", ".gp", ".json", ""};
+/// Whether this holds an ensemble or a pile of this program, or what is left of one.
+bool is_drawn_by_us(const fs::path& file) {
+  if (file.extension() != ".h5") return file.extension() == ".notes";
+  std::string head(1024, ' ');
+  std::ifstream(file, std::ios::binary).read(head.data(), 1024);
+  return fs::file_size(file) == 0 || head.find("granuscope ") != std::string::npos;
+}
 
 template <class Names>
 bool among(const Names& names, const fs::path& name) {
-  return std::ranges::any_of(names, [&](const char* one) { return name == one; });
+  return std::ranges::any_of(names, [&](const auto& one) { return name == one; });
 }
 
 std::string list_of(const std::vector<fs::path>& paths) {
@@ -69,7 +69,7 @@ void require_no_links(const fs::path& folder) {
   };
   for (const char* name : run_files) walk(folder / name, look_for_links);
   for (const char* name : run_folders) walk(folder / name, look_for_links);
-  for (const char* name : history_entries) walk(folder / name, look_for_links);
+  for (const std::string& name : history_entries) walk(folder / name, look_for_links);
   if (links.empty()) return;
   throw InputError(
       "{} {}, and what is written or removed there would be elsewhere; put the files themselves in {} place, or name a "
@@ -122,20 +122,24 @@ void require_no_history(const fs::path& folder) {
 }
 
 void require_own_results(const fs::path& folder, const std::string& resolved) {
+  require_no_links(folder);
   const std::optional<std::string> key = experiment_key_of_run(folder);
   std::error_code none;
   const fs::path experiment = folder / "experiment.toml";
-  const bool is_run = key || is_printed(experiment, resolved);
+  const bool printed = is_printed(experiment, resolved);
+  const bool told = printed && (path_exists(folder / "manifest.json") || path_exists(folder / "timings.json"));
   std::vector<fs::path> foreign;
-  if (!is_run) {
+  if (!key && !told) {
     const auto add = [&](const fs::path& path, const fs::file_status& status) {
       const bool in_place = path.parent_path() != folder || among(run_files, path.filename());
-      if (in_place && fs::is_regular_file(status) && fs::file_size(path, none) > 0) foreign.push_back(path);
+      const auto end = path.extension();
+      const bool of_shards = printed && (path == experiment || end == ".h5" || end == ".notes");
+      if (in_place && !of_shards && fs::is_regular_file(status) && fs::file_size(path, none) > 0)
+        foreign.push_back(path);
     };
     for (const char* name : run_files) walk(folder / name, add);
     for (const char* name : {"ensembles", "piles", "figures"}) walk(folder / name, add);
-  } else if (fs::is_regular_file(experiment, none) && !is_printed(experiment, resolved) &&
-             key != cache_key(read_file(experiment))) {
+  } else if (fs::is_regular_file(experiment, none) && !printed && key != cache_key(read_file(experiment))) {
     foreign.push_back(experiment);
   }
   if (foreign.empty()) return;
@@ -160,6 +164,11 @@ bool remove_own_files(const fs::path& folder, const std::function<bool(std::stri
 
 void remove_run(const fs::path& folder) {
   std::vector<fs::path> all, foreign;
+  std::set<std::string> figures;
+  for (const fs::path file : earlier_figure_files(folder)) {
+    for (const char* of : {"", "last-", "earlier-"})
+      figures.insert(file.parent_path() / (of + file.filename().string()));
+  }
   walk(folder, [&](const fs::path& path, const fs::file_status& status) {
     all.push_back(path);
     const fs::path within = path.lexically_relative(folder);
@@ -167,11 +176,10 @@ void remove_run(const fs::path& folder) {
         within.begin()->string().starts_with(".granuscope-") || path.filename().string().starts_with(".granuscope-");
     const bool in_place = among(run_folders, *within.begin());
     if (path == folder || scratch) return;
-    const bool ours = fs::is_directory(status)       ? in_place
-                      : !fs::is_regular_file(status) ? false
-                      : in_place
-                          ? own_extensions.contains(path.extension().string())
-                          : path.parent_path() == folder && (among(run_files, within) || path.extension() == ".h5");
+    const bool ours = fs::is_directory(status)
+                          ? in_place
+                          : fs::is_regular_file(status) &&
+                                (among(run_files, within) || figures.contains(within.string()) || is_drawn_by_us(path));
     if (!ours) foreign.push_back(path);
   });
   if (!foreign.empty()) {
