@@ -390,6 +390,11 @@ TEST_CASE("A history begins in an empty folder, and what it has lost is not begu
   write_file(history / "history.sqlite", "");
   CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
   fs::remove(history / "history.sqlite");
+  // A database without anything in it is not made to one that has no nights.
+  CHECK_THROWS(Database(history / "history.sqlite", "", 0));
+  for (int time = 0; time < 2; ++time)
+    CHECK_THROWS_WITH(run_night(experiment(), options), Contains("no history, or an empty one"));
+  for (const char* one : {"history.sqlite", "history.sqlite-wal", "history.sqlite-shm"}) fs::remove(history / one);
   {  // the database of another history
     const TemporaryFolder other;
     { const NightBook book(other.path()); }
@@ -581,6 +586,24 @@ TEST_CASE("A pool that was cut short alarms until the night is accepted, and its
   CHECK(told(anew).empty());
   CHECK(anew.samples == round_of_samples);
   CHECK(fs::is_symlink(history / "latest"));
+}
+
+TEST_CASE("What stands where the link to the last report belongs is replaced, or costs no alarm") {
+  const TemporaryFolder history;
+  const NightlyOptions options = nights_in(history.path());
+  run_night(experiment(), options);
+  const fs::path link = history / "latest";
+  const std::string named = fs::read_symlink(link).string();
+  fs::remove(link);
+  write_file(link, named);  // as zip and git leave a link where there are none
+  run_night(experiment(), options);
+  CHECK(fs::is_symlink(link));
+  fs::remove(link);
+  write_file(link, "notes");
+  write_file(history / "canary/reference/summary.json", "{");
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("move it away"));
+  CHECK(read_file(link) == "notes");
+  CHECK(fs::exists(history / "alert.md"));
 }
 
 TEST_CASE("A canary of which anything is damaged or missing alarms, and so does at once what else is") {

@@ -476,11 +476,11 @@ std::vector<std::string> describe(const Comparison& comparison) {
                                   name_of(comparison.where)));
       if (comparison.where != FirstDifference::plotting) {
         lines.push_back(fmt::format("the largest difference is {}{}", in_errors(comparison.largest),
-                                    comparison.is_rounding() ? ": rounding" : ""));
+                                    comparison.is_rounding() ? ": rounding, as by a C library without FMA" : ""));
       }
       if (!comparison.causes_known) {
         lines.emplace_back("why is not known: both runs' folders would tell by their manifest.json");
-      } else if (comparison.causes.empty()) {
+      } else if (comparison.causes.empty() && !comparison.is_rounding()) {
         lines.emplace_back(
             "not reproducible: program, libraries and processor are the same, so that this is a fault; please report "
             "it");

@@ -47,7 +47,8 @@ constexpr const char* columns = "SELECT night, date, report, status, samples, ex
 }  // namespace
 
 NightBook::NightBook(const std::filesystem::path& folder, DatabaseUse use)
-    : database_(folder / "history.sqlite", history_schema, history_version, use) {}
+    : database_(folder / "history.sqlite", history_schema, history_version,  // what nights have begun is not made anew
+                use == DatabaseUse::create && std::filesystem::exists(folder / "canary") ? DatabaseUse::change : use) {}
 
 void NightBook::keep_state(const std::map<std::string, std::string>& state) const {
   Statement put(database_, "INSERT INTO state VALUES(?, ?) ON CONFLICT(name) DO UPDATE SET value = excluded.value");

@@ -265,13 +265,15 @@ std::string badge(const Night& last) {
 }
 
 /// A link appears whole, too. Where the file system has none, copies take its place; so do they in a copy of a history,
-/// where they are those of an older night.
+/// where they are those of an older night, or a text that names the folder, as zip and git leave it.
 void point_latest_to(const fs::path& folder, const std::string& report) {
   const fs::path target = fs::path("reports") / report, link = folder / "latest",
                  beside = folder / scratch_name("latest");
   std::error_code error;
   if (fs::is_regular_file(fs::symlink_status(link, error))) {
-    throw EnvironmentError("'{}' is a file where a link to the last report stands; move it away", link.string());
+    if (!read_file(link).starts_with("reports/"))
+      throw EnvironmentError("'{}' is a file where a link to the last report stands; move it away", link.string());
+    remove_if_there(link);
   }
   fs::create_directory_symlink(target, beside, error);
   if (error) fs::copy(folder / target, beside, fs::copy_options::recursive, error);
@@ -329,13 +331,13 @@ void write_pages(const fs::path& folder, const NightBook& book) {
   write_file(folder / "index.html",
              fill_template_file("history/index.html.mustache", PageScope(summary, overlay, Markup::html)));
   write_file(folder / "badge.json", badge(last));
-  if (latest != nights.rend()) point_latest_to(folder, latest->report);
   if (alarms(last)) {
     write_file(folder / "alert.md",
                fill_template_file("history/alert.md.mustache", PageScope(summary, overlay, Markup::markdown)));
   } else {
     remove_if_there(folder / "alert.md");
   }
+  if (latest != nights.rend()) point_latest_to(folder, latest->report);  // last: the one thing that may be in the way
 }
 
 void tell_not_run(const fs::path& folder) {
