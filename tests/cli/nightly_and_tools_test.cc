@@ -409,6 +409,16 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   };
   std::ofstream(scratch / "CITATION.cff") << "title: nobody\n";
   refused("names no authors");
+  std::ofstream(scratch / "CITATION.cff") << "authors:\n  - alias: carol\n  - tel: \"12\"\n";
+  refused("author 2 has neither name nor alias");
+  std::ofstream(scratch / "CITATION.cff") << "license: {name: MIT}\nauthors:\n  - alias: carol\n";
+  refused("licence is neither a name nor a list");
+  // Whom the archive names is told: the citation that lies here may be that of the program.
+  std::ofstream(scratch / "CITATION.cff")
+      << "license: [MIT, CC0-1.0]\nauthors:\n  - alias: carol\n    orcid: https://orcid.org/0000-0001-2345-6789\n"
+         "  - alias: dora\n    orcid: https://orcid.org/0000-0001-2345-6789\n";
+  CHECK_THAT(packed(again).err, Contains("it names carol and others, MIT or CC0-1.0"));
+  CHECK_THAT(run_process(unzip).standard_output, Contains("\"dora\"") && Contains("#author-2"));
   std::ofstream(scratch / "CITATION.cff") << "authors: [\n";
   refused("this is no YAML");
   std::ofstream(scratch / "CITATION.cff") << citation;

@@ -85,13 +85,13 @@ Citation read_citation(const std::filesystem::path& file) {
     if (text_of(root, "type") != "dataset") citation.title = citation.doi = "";
     const YAML::Node licenses = root["license"];  // one, or a list of which any may be chosen
     if (const std::string one = text_of(root, "license"); !one.empty()) citation.licenses.push_back(one);
-    if (licenses && licenses.IsSequence()) {
-      for (const YAML::Node& one : licenses) citation.licenses.push_back(one.as<std::string>());
-    }
+    if (licenses && licenses.IsMap()) refuse("its licence is neither a name nor a list of names");
+    for (const YAML::Node& one : licenses) citation.licenses.push_back(one.as<std::string>());
     if (const YAML::Node authors = root["authors"]; authors && authors.IsSequence()) {
       for (const YAML::Node& one : authors) {
-        if (!one.IsMap()) continue;
-        if (Author author = author_from(one); !author.name.empty()) citation.authors.push_back(std::move(author));
+        citation.authors.push_back(one.IsMap() ? author_from(one) : Author());
+        if (citation.authors.back().name.empty())
+          refuse(fmt::format("its author {} has neither name nor alias", citation.authors.size()));
       }
     }
   } catch (const YAML::Exception& error) {
@@ -253,8 +253,10 @@ void add_citation(const std::optional<Citation>& citation, Json& work, Json& gra
   work["author"] = Json::array();
   for (std::size_t i = 0; i < citation->authors.size(); ++i) {
     const Author& author = citation->authors[i];
-    const std::string id = author.orcid.empty() ? fmt::format("#author-{}", i + 1) : author.orcid;
-    work["author"].push_back(reference(id));
+    Json& all = work["author"];
+    const bool own = !author.orcid.empty() && std::find(all.begin(), all.end(), reference(author.orcid)) == all.end();
+    const std::string id = own ? author.orcid : fmt::format("#author-{}", i + 1);
+    all.push_back(reference(id));
     Json entity = {{"@id", id}, {"@type", author.is_person ? "Person" : "Organization"}, {"name", author.name}};
     if (!author.given_name.empty()) entity["givenName"] = author.given_name;
     if (!author.family_name.empty()) entity["familyName"] = author.family_name;

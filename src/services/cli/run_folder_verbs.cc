@@ -121,7 +121,12 @@ std::optional<Citation> citation_in(std::string& file) {
   return file.empty() ? std::nullopt : std::optional(read_citation(file));
 }
 
-constexpr const char* no_citation = "; it names no authors and no licence, since no CITATION.cff is here (--citation)";
+std::string named_by(const std::optional<Citation>& citation) {
+  if (!citation) return "; it names no authors and no licence, since no CITATION.cff is here (--citation)";
+  return fmt::format("; by CITATION.cff it names {}{}{}", citation->authors.front().name,
+                     citation->authors.size() > 1 ? " and others" : "",
+                     citation->licenses.empty() ? "" : fmt::format(", {}", fmt::join(citation->licenses, " or ")));
+}
 
 struct PackVerbOptions {
   std::string folder, citation, sources;
@@ -137,7 +142,7 @@ ExitCode pack(PackVerbOptions& given, VerbContext& context) {
   options.citation = citation_in(given.citation);
   given.archive.require_free({given.folder, given.citation});
   const std::size_t files = pack_run(given.folder, given.archive.path, options);
-  context.wrote(given.archive.path, fmt::format(" with {} files{}", files, options.citation ? "" : no_citation));
+  context.wrote(given.archive.path, fmt::format(" with {} files{}", files, named_by(options.citation)));
   return ExitCode::done;
 }
 
@@ -173,8 +178,7 @@ void add_article_verb(CLI::App& app, VerbContext& context) {
   context.actions[verb] = [options, &context] {
     const std::optional<Citation> citation = citation_in(options->citation);
     write_article(options->folder, options->target, citation);
-    context.wrote(options->target,
-                  fmt::format(", where pdflatex article.tex sets the article{}", citation ? "" : no_citation));
+    context.wrote(options->target, fmt::format(", where pdflatex article.tex sets the article{}", named_by(citation)));
     return ExitCode::done;
   };
 }
