@@ -172,6 +172,15 @@ TEST_CASE("doctor names what it looked at") {
     CHECK_THAT(result.out, Contains(subject));
   }
   if (result.code == 3) CHECK_THAT(result.out, Contains("\n--") || StartsWith("--"));
+  // What ends every run ends this, too.
+  const test::TemporaryFolder folder;
+  write_file(folder / "ssl.cnf", "openssl_conf = a\n[a]\nproviders = b\n[b]\nlegacy = c\n[c]\nactivate = 1\n");
+  ProcessSpec spec;
+  spec.arguments = {std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope", "doctor"};
+  spec.environment = {{"OPENSSL_CONF", (folder / "ssl.cnf").string()}};
+  const ProcessResult without = run_process(spec);
+  CHECK(without.exit_code == 3);
+  CHECK_THAT(without.standard_error, Contains("check OPENSSL_CONF"));
 }
 
 TEST_CASE("doctor refuses a folder where nothing can be written") {
@@ -252,7 +261,7 @@ ProcessResult in_shell(const fs::path& folder, const std::string& command,
   ProcessSpec spec;
   spec.arguments = {"sh", "-e", "-c", command};
   spec.working_folder = folder;
-  environment["PATH"] = std::string(GRANUSCOPE_BINARY_DIR) + ":/usr/bin:/bin";
+  environment.try_emplace("PATH", std::string(GRANUSCOPE_BINARY_DIR) + ":/usr/bin:/bin");
   environment.try_emplace("HOME", folder.string());
   environment["EXPERIMENT"] = "experiment.toml";
   spec.environment = std::move(environment);
@@ -286,6 +295,12 @@ TEST_CASE("The commands of the CI examples leave what their other steps take", "
     CHECK_THAT(read_file(folder / "step"), Contains("| "));
     CHECK(fs::exists(folder / "page/index.html"));
   }
+  // A cache that was saved is never replaced: half of the ensembles must not be found for all of them ever after.
+  const std::vector<std::string> github = lines_of("ci/github.yml");
+  CHECK(std::ranges::count_if(github, [](const std::string& line) {
+          return line.find("key: granuscope-${{ steps.key.outputs.key }}-${{ hashFiles('results/ensembles/**') }}") !=
+                 std::string::npos;
+        }) == 1);
 }
 
 TEST_CASE("The cron line, the systemd service and the lines of the page beside them run", "[long]") {
@@ -293,11 +308,16 @@ TEST_CASE("The cron line, the systemd service and the lines of the page beside t
   const fs::path project = home / "granuscope";
   fs::create_directories(project / "examples");
   write_file(project / "examples/quick.toml", experiment_text);
-  std::string cron, service;
+  std::string cron, service, path;
   for (const std::string& line : lines_of("nightly/crontab")) {
+    if (line.starts_with("PATH=")) path = line.substr(5);
     if (!line.starts_with('#')) cron = line.substr(line.find("  cd ") + 2);
   }
+  // The program of the clone is found as cron and systemd find it, though it is installed nowhere.
+  fs::create_directories(project / "build");
+  fs::create_directory_symlink(GRANUSCOPE_BINARY_DIR, project / "build/release");
   for (const std::string& line : lines_of("nightly/granuscope-nightly.service")) {
+    if (line.starts_with("ExecSearchPath=")) CHECK_THAT(line, Contains("%h/granuscope/build/release:"));
     if (line.starts_with("ExecStart=")) service = line.substr(std::string("ExecStart=").size());
   }
   std::vector<std::pair<fs::path, std::string>> commands = {{home.path(), cron}, {project, service}};
@@ -306,7 +326,7 @@ TEST_CASE("The cron line, the systemd service and the lines of the page beside t
   }
   REQUIRE(commands.size() >= 5);
   for (const auto& [folder, command] : commands) {
-    const ProcessResult result = in_shell(folder, command, {{"HOME", home.path().string()}});
+    const ProcessResult result = in_shell(folder, command, {{"HOME", home.path().string()}, {"PATH", path}});
     INFO(command << '\n' << result.standard_error);
     CHECK_FALSE(command.empty());
     CHECK(result.exit_code == 0);

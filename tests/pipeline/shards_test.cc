@@ -35,9 +35,11 @@ void draw_shards(const Experiment& experiment, const fs::path& folder, const std
 }  // namespace
 
 TEST_CASE("a shard is named by its number or by the environment") {
+  const TemporaryFolder folder;
   std::map<std::string, std::string> variables;
   const auto named = [&](const std::string& text) {
-    const Shard shard = shard_named(text, [&](const char* name) { return variables[name]; });
+    const Shard shard = shard_named(
+        text, [&](const char* name) { return variables[name]; }, folder.path());
     return std::pair{shard.number, shard.count};
   };
   CHECK(named("3/16") == std::pair{3, 16});
@@ -85,6 +87,10 @@ TEST_CASE("a shard is named by its number or by the environment") {
                  {"SLURM_ARRAY_TASK_MIN", "1"},
                  {"SLURM_ARRAY_TASK_MAX", "1"}};
     CHECK(named("auto") == std::pair{1, 1});
+    make_folder(folder / "shards");  // where an array of four has worked, this is its first task again
+    write_file(folder / "shards/2-of-4", "");
+    CHECK_THROWS_WITH(named("auto"), Contains("may be a part") && Contains("--shard K/4"));
+    CHECK(named("1/1") == std::pair{1, 1});
   }
   SECTION("Open MPI") {
     variables = {{"OMPI_COMM_WORLD_RANK", "2"}, {"OMPI_COMM_WORLD_SIZE", "3"}};

@@ -62,7 +62,6 @@ void tell_found(const ReportFiles& files, VerbContext& context) {
   for (const auto& file : {files.html, files.summary, files.pdf.value_or("")}) {
     if (!file.empty()) context.wrote(file.string());
   }
-  if (!files.pdf_skipped.empty()) context.err << single_line(files.pdf_skipped) << '\n';
 }
 
 /// The run leaves the resolved experiment in its folder: not in the place of the user's own file and its comments.
@@ -148,7 +147,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   require_no_history(options.folder);
   if (!given.shard.empty()) {
     require_shard_alone(given);
-    const Shard shard = shard_named(given.shard, environment_variable);
+    const Shard shard = shard_named(given.shard, environment_variable, options.folder);
     if (given.dry_run) return tell_plan(experiment, options, shard, context.out);
     require_memory(memory_needed(experiment, options.folder, worker_count(options.threads)));
     options.threads = worker_count(options.threads);
@@ -167,6 +166,8 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   }
   const RunResult result = run_experiment(experiment, options);
   if (!given.quiet) tell_found(result.files, context);
+  if (!result.files.pdf_skipped.empty() && (!given.quiet || experiment.report.pdf))
+    context.err << single_line(result.files.pdf_skipped) << '\n';
   if (given.gate || (!given.quiet && !environment_variable("CI").empty())) {
     for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
   }

@@ -104,7 +104,8 @@ int shards_seen(const fs::path& folder) {
 
 }  // namespace
 
-Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable) {
+Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable,
+                  const fs::path& folder) {
   if (text == "auto") {
     const auto array = place_in_array(variable), tasks = place_among_tasks(variable);
     if (!array && !tasks) {
@@ -119,6 +120,12 @@ Shard shard_named(const std::string& text, const std::function<std::string(const
           "--shard auto: the environment says {} of {} (array {} of {}, task {} of {}), which is none of them; write "
           "--shard K/N",
           shard.number, shard.count, outer.index, outer.count, inner.index, inner.count);
+    }
+    if (const int seen = shards_seen(folder); array && shard.count < seen) {  // --array=1, or 3-6, of 1-16 again
+      throw InputError(
+          "--shard auto: this array makes {} where {} worked in '{}', and may be a part of theirs; submit all of it, "
+          "write --shard K/{}, or remove the folder shards/ there",
+          how_many(shard.count, "shard"), seen, folder.string(), seen);
     }
     return shard;
   }

@@ -17,8 +17,9 @@ struct Shard {
 };
 
 /// "3/16", or "auto": from the variables of a Slurm array, srun, Open MPI or MPICH, those of an array and of the tasks
-/// within it together. `variable` looks one up, "" where it is not set. Throws InputError.
-Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable);
+/// in it; `variable` looks one up. Throws InputError, also for what may be a part of an array that worked in `folder`.
+Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable,
+                  const std::filesystem::path& folder);
 
 /// Whether Open MPI, MPICH or srun started several processes, of which this is one.
 bool is_one_of_tasks(const std::function<std::string(const char*)>& variable);
