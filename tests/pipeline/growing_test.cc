@@ -220,6 +220,13 @@ TEST_CASE("more samples go on from what is there, to the bytes of one large run"
   CHECK(other[1].samples == 1024);
   CHECK(other[1].what.find("seed") != std::string::npos);
   CHECK(other[1].what.find("multiple of 8") == std::string::npos);
+  // What is damaged is called so, however many piles are asked for.
+  const fs::path file = step_by_step.path() / "ensembles/mu-0.3.h5";
+  fs::resize_file(file, fs::file_size(file) - 100);
+  const std::vector<PlannedStep> damaged = run(step_by_step, 2048);
+  CHECK(damaged[1].samples == 2048);
+  CHECK(damaged[1].what.find("cannot read") != std::string::npos);
+  CHECK(damaged[1].what.find("another experiment") == std::string::npos);
 }
 
 TEST_CASE("more samples of a study go on from what is there, too") {

@@ -490,6 +490,16 @@ TEST_CASE("what the child returns arrives whole") {
   CHECK_FALSE(has_children());
 }
 
+TEST_CASE("a pipe that the shell has opened is called so") {
+  int ends[2] = {};
+  REQUIRE(::pipe(ends) == 0);
+  const std::string pipe = "/dev/fd/" + std::to_string(ends[0]);
+  const auto read = [] { return std::string("not asked"); };
+  CHECK_THAT(input_error_of([&] { (void)read_in_child(pipe, "a pile file", read); }),
+             Contains("in a pipe. Name a file"));
+  for (const int end : ends) ::close(end);
+}
+
 TEST_CASE("what the child does to its memory stays there") {
   int value = 1;
   CHECK(read_in_child("file.h5", "a pile file", [&value] { return std::to_string(++value); }) == "2");

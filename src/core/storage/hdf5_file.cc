@@ -350,6 +350,8 @@ class Reader {
 
 std::string read_in_child(const std::filesystem::path& source, const std::string& kind,
                           const std::function<std::string()>& read, ReadPatience patience) {
+  if (is_open_already(source))
+    throw InputError("cannot read '{}' as {}: HDF5 cannot move about in a pipe. Name a file.", source.string(), kind);
   std::error_code unknown;
   const std::uintmax_t size = std::filesystem::file_size(source, unknown);
   if (!unknown) {

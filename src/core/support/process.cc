@@ -184,7 +184,8 @@ pid_t spawn(const ProcessSpec& spec, Pipe& output, Pipe& errors) {
   }
 
   FileActions actions;
-  int status = posix_spawn_file_actions_addopen(actions.get(), STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  const Pipe nothing = make_pipe(program);  // nobody writes into it; /dev/null may not be there
+  int status = posix_spawn_file_actions_adddup2(actions.get(), nothing.read_end.get(), STDIN_FILENO);
   if (status == 0) status = posix_spawn_file_actions_adddup2(actions.get(), output.write_end.get(), STDOUT_FILENO);
   if (status == 0) status = posix_spawn_file_actions_adddup2(actions.get(), errors.write_end.get(), STDERR_FILENO);
   // Libraries open files that are not close-on-exec; the child has no business with them.

@@ -496,7 +496,7 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& parent, const std::str
   make_folder(parent);
   std::string pattern = (parent / (scratch_name(name) + "-XXXXXX")).string();
   if (mkdtemp(pattern.data()) == nullptr) {
-    throw EnvironmentError("cannot make a working folder in {}: {}; free space or choose another --out",
+    throw EnvironmentError("cannot make a working folder in {}: {}; free space, or choose another --out or TMPDIR",
                            parent.string(), std::strerror(errno));
   }
   path_ = pattern;

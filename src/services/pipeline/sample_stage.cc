@@ -308,11 +308,12 @@ void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& r
     PlannedEnsemble beginning = planned;
     beginning.spec.response.samples = samples;
     look_for(beginning, run_folder);
+    if (!beginning.reusable) return;
     std::optional<MeasuredEnsemble> found = reuse_ensemble(beginning, run_folder);
+    planned.replaces = beginning.replaces;  // what is damaged, if it is
     if (!found) return;
     planned.smaller = std::make_shared<const EnsembleRecord>(std::move(found->record));
     planned.groups_before = samples / group_size;
-    planned.replaces.clear();
   } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
   }
 }
