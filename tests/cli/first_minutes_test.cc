@@ -118,6 +118,9 @@ const std::vector<Slip> slips = {
     // A number that is none
     {{"new", "--mu", "0.1:0.3:0.1"}, "--mu: 0.1:0.3:0.1 is not a number"},
     {{"new", "--error-of", "c=0.3%"}, "--error-of c=0.3%: 0.3% is not a number"},
+    {{"nightly", "s.toml", "--history", "h", "--grow", "1,5"}, "1,5 is not a whole number; write it in digits"},
+    {{"render", picture, "a.png", "--width", "86,5mm"}, "86,5mm: there is a decimal comma in it; write a point"},
+    {{"render", picture, "a.png", "--font-size", "\u20138"}, "there is the dash U+2013 in it; write - for minus"},
     // A word in the place of another
     {{"figure", "out/s", "response-profiles", "r.png"},
      "\"r.png\" is one word more than is expected here; write -o r.png;"},

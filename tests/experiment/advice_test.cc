@@ -87,6 +87,8 @@ const std::vector<Refused> refusals = {
     {"[response]\nestimator = \"Point\"\n", "known are point", {"response.estimator=point"}},
     {"[response]\noverload = 0\n", "give 1e-06 to 1000000", {"response.overload=1e-6"}},
     {"[response]\nsign_run = 4\n", "leave it out", {"-sign_run = 4"}},
+    {"[response]\nbase_step = 0\n", "leave it out", {"-base_step = 0"}},  // not 1 to 1000, which would be idle, too
+    {"[sampling]\nlambda = 7\n", "leave it out", {"-lambda = 7"}},
     {"[response]\nestimator = \"paired\"\noverloads = 2\n", "or choose that estimator", {"response.estimator=point"}},
     {"[response]\noverloads = 3\n[lattice]\ncolumns = 100\n", "or 0 for as many as fit", {"response.overloads=0"}},
     {"[response]\noverloads = 2\n[friction]\nmu = [0.3, 1.2]\n", "give 1", {"response.overloads=1"}},
@@ -120,6 +122,8 @@ const std::vector<Refused> refusals = {
      {"lattice.layers=521"}},
     {"[figures.response_profiles]\nlayers = []\n", "give 1 to 8", {"figures.response_profiles.layers=100"}},
     {"[scenes.force_chains]\nwidth_px = 100\n", "smallest width is 483 pixels", {"scenes.force_chains.width_px=483"}},
+    {"[scenes.force_chains]\nwidth_px = -1\n", "smallest width is 483 pixels", {"scenes.force_chains.width_px=483"}},
+    {"[scenes.force_chains]\nwidth_px = 40000\n", "at most 32768", {"scenes.force_chains.width_px=32768"}},
     {"[scenes.force_chains]\ncolumns = 2\n", "give at least 4", {"scenes.force_chains.columns=4"}},
     {"[scenes.force_chains]\ncolour_map = \"jet\"\n", "choose grey", {"scenes.force_chains.colour_map=grey"}},
     {"[scenes.force_chains]\nmu = 0\n[scenes.friction]\nshow = true\n", "write false", {"scenes.friction.show=false"}},
@@ -183,6 +187,10 @@ TEST_CASE("What people write for numbers and switches is answered with how it is
   CHECK_THAT(refusal("[lattice]\nlayers = \"many\"\n"), Contains("(24 to 1000000)"));
   CHECK_THAT(refusal("", {"response.samples=1,000"}), Contains("(there is a comma in it; write digits alone)"));
   CHECK_THAT(refusal("", {"sampling.bead_weight=0,3"}), Contains("write a point"));
+  for (const char* line : {"friction.mu=.3", "friction.mu=3.", "friction.mu=[0.1, .3]", "friction.mu=[0.1 0.3]"})
+    CHECK_THAT(refusal("", {line}), Contains("as 0.3 or"));
+  CHECK_THAT(refusal("[friction]\nmu = \u20130.3\n") + refusal("", {"friction.mu=\u20130.3"}),
+             Contains("x.toml:2:") && Contains("--set") && Contains("U+2013"));
 }
 
 TEST_CASE("What is wrong is told at once, and what is printed with every default is not wrong") {

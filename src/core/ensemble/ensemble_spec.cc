@@ -492,8 +492,8 @@ ResponseSpec on_ring(ResponseSpec spec, const LatticeSpec& lattice) {
 Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
   ResponseSpec copy = spec, usual;  // keys could set what they check
   const std::vector<Key> keys = keys_of(copy);
-  if (auto found = find_range_problem(keys, {"samples"})) return found;
   if (auto found = find_idle_problem(keys, keys_of(usual))) return found;
+  if (auto found = find_range_problem(keys, {"samples"})) return found;
   if (spec.sign_run > longest_run(lattice)) {
     return problem("sign_run",
                    "{} beads: a run has at least one, and where fewer than eight runs fit into a ring of {} columns "

@@ -160,13 +160,14 @@ std::vector<Key> keys_of(SamplerSpec& spec) {
 Problem find_problem(const SamplerSpec& spec) {
   SamplerSpec copy = spec, usual;  // keys could set what they check
   const std::vector<Key> keys = keys_of(copy);
+  if (auto found = find_idle_problem(keys, keys_of(usual))) return found;
   if (auto found = find_range_problem(keys, {"seed"})) return found;
   if (auto found = find_load_problem(spec)) return found;
   if (spec.bead_weight != 0 && !spec.model.is_beads()) {
     return problem("bead_weight", "the beads of the model {} have no weight of their own; leave bead_weight at 0",
                    name_of(spec.model.name));
   }
-  return find_idle_problem(keys, keys_of(usual));
+  return {};
 }
 
 LoadLine load_line(const SamplerSpec& spec) {

@@ -252,7 +252,7 @@ Number read_number(const std::string& given, const char* kind) {
   if (error == std::errc::result_out_of_range)
     throw InputError("{} is too large; give at most {}", shown, std::numeric_limits<Number>::max());
   throw InputError("{} is not {}; write it {}", shown, kind,
-                   has_decimal_comma(shown) ? "with a decimal point" : "in digits");
+                   has_decimal_comma(shown) && !std::is_integral_v<Number> ? "with a decimal point" : "in digits");
 }
 
 }  // namespace

@@ -136,10 +136,8 @@ std::vector<double> axis_ticks(double low, double high, double pixels_per_diamet
 }
 
 void require_size(const SceneSpec& spec) {
-  if (spec.width_px < min_image_px || spec.width_px > max_image_px) {
-    throw InputError("an image cannot be {} wide; choose a width from {} to {}", how_many(spec.width_px, "pixel"),
-                     min_image_px, max_image_px);
-  }
+  if (spec.width_px > max_image_px)
+    throw InputError("an image cannot be {} pixels wide; choose at most {}", spec.width_px, max_image_px);
   if (!is_resolution(spec.dpi)) {
     throw InputError("{} dpi is no resolution to render at; choose {} to {}", spec.dpi, least_dpi, most_dpi);
   }

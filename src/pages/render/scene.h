@@ -52,8 +52,7 @@ struct SceneCounts {
   std::uint64_t pixels = 0;
 };
 
-/// Widths an image may have; heights obey the same upper limit.
-inline constexpr int min_image_px = 1;
+/// The largest width of an image, and its largest height.
 inline constexpr int max_image_px = 32768;
 
 /// The part of the plane that is rendered, in bead diameters: x from the overloaded bead, z down from the surface (the

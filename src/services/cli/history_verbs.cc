@@ -136,7 +136,7 @@ void add_history_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag("--json", options->json, "of list and show: one JSON object instead of a table");
   verb->add_option("--format", options->format, "of export: csv (the primary numbers) or json (all)")
       ->capture_default_str()
-      ->check(CLI::IsMember({"csv", "json"}));
+      ->transform(CLI::IsMember({"csv", "json"}, CLI::ignore_case));
   context.actions[verb] = [options, &context] { return history(*options, context); };
 }
 

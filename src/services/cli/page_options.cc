@@ -12,6 +12,7 @@
 
 #include "cli/flag_checks.h"
 #include "ensemble/ensemble_runner.h"
+#include "experiment/experiment_file.h"
 #include "plot/plot_texts.h"
 #include "render/font.h"
 #include "render/layout.h"
@@ -32,13 +33,13 @@ struct Unit {
 
 /// A number above 0 with a unit behind it, or without, which is the first one; 0 for any other text.
 double measure_in(const std::string& text, std::initializer_list<Unit> units) {
+  if (const std::string odd = odd_sign_in(text); !odd.empty()) throw InputError("{}: {}", text, odd);
   char* end = nullptr;
   const double number = std::strtod(text.c_str(), &end);
   if (end == text.c_str() || !(number > 0)) return 0;
   const std::string unit = CLI::detail::to_lower(CLI::detail::trim_copy(end));
-  if (unit.empty()) return number * units.begin()->scale;
   for (const Unit& known : units) {
-    if (unit == known.name) return number * known.scale;
+    if (unit.empty() || unit == known.name) return number * known.scale;
   }
   return 0;
 }

@@ -54,12 +54,15 @@ std::string odd_sign_in(std::string_view text) {
     return fmt::format("a text is not closed in it; write {} at both of its ends", value[first]);
   if (has_decimal_comma(value) && value.find_first_of("\"'[.") == std::string_view::npos)
     return "there is a decimal comma in it; write a point";
+  if (text.find("\u2013") != std::string_view::npos) return "there is the dash U+2013 in it; write - for minus";
   return "";
 }
 
 namespace {
 
 constexpr std::uintmax_t most_bytes = 1'000'000;  // a hundred times the largest sensible experiment file
+constexpr const char* how_to_write =
+    "numbers are written as 0.3 or 1000, texts as \"text\", switches as true or false, lists as [0.2, 0.3]";
 
 /// 0.30000000000000004, as sums of 0.1 are printed elsewhere, means 0.3, which names of files then show.
 double as_meant(double number) {
@@ -354,9 +357,8 @@ class Reader {
     } catch (const toml::parse_error& error) {
       if (!word) {
         const std::string odd = odd_sign_in(assignment);
-        throw InputError(
-            "--set {}: not valid TOML: {}", assignment,
-            odd.empty() ? std::string(error.description()) + "; correct it, or put a text into double quotes" : odd);
+        throw InputError("--set {}: not valid TOML: {}", assignment,
+                         odd.empty() ? fmt::format("{}; {}; correct it", error.description(), how_to_write) : odd);
       }
     }
     // 0.2,0.3 is a list, as --mu has it; 0,2 may be a decimal comma.
@@ -366,7 +368,7 @@ class Reader {
       if (numbers) return toml::parse(fmt::format("{} = [{}]", key, value));
       return toml::parse(fmt::format("{} = \"{}\"", key, backslashed(value, "\"\\")));
     } catch (const toml::parse_error& error) {
-      throw InputError("--set {}: not valid TOML: {}; correct it", assignment, error.description());
+      throw InputError("--set {}: not valid TOML: {}; {}; correct it", assignment, error.description(), how_to_write);
     }
   }
 
@@ -539,10 +541,7 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
     reader.read(toml::parse(text, file));
   } catch (const toml::parse_error& error) {
     const std::string reason = likely_reason(text, error.source().begin.line);
-    const std::string general = fmt::format(
-        "{}; numbers are written as 0.3 or 1000, texts as \"text\", switches as true or false, lists as [0.2, 0.3]; "
-        "correct the line",
-        error.description());
+    const std::string general = fmt::format("{}; {}; correct the line", error.description(), how_to_write);
     throw InputError("{}:{}:{}: not valid TOML: {}", file, error.source().begin.line, error.source().begin.column,
                      reason.empty() ? general : reason);
   }

@@ -127,7 +127,7 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
       make_key(
           chains, "width_px", "pixels",
           "width of the picture of forces; mm = 25.4 width_px / dpi. The others of that pile are at most 57 mm wide",
-          e.force_chains.scene.width_px, KeyRange{}.within(min_image_px, max_image_px)),
+          e.force_chains.scene.width_px),
       make_key(chains, "dpi", "pixels per inch", "resolution of the picture; its text is laid out in points",
                e.force_chains.scene.dpi, KeyRange{}.within(least_dpi, most_dpi)),
       make_key(chains, "colour_map", "", "colour map of the forces", e.force_chains.scene.colour_map),
