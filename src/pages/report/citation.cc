@@ -250,10 +250,9 @@ void add_citation(const std::optional<Citation>& citation, Json& work, Json& gra
   }
   if (!citation) return;
   if (!citation->doi.empty()) work["identifier"] = "https://doi.org/" + citation->doi;
-  work["author"] = Json::array();
+  Json& all = work["author"] = Json::array();
   for (std::size_t i = 0; i < citation->authors.size(); ++i) {
     const Author& author = citation->authors[i];
-    Json& all = work["author"];
     const bool own = !author.orcid.empty() && std::find(all.begin(), all.end(), reference(author.orcid)) == all.end();
     const std::string id = own ? author.orcid : fmt::format("#author-{}", i + 1);
     all.push_back(reference(id));
