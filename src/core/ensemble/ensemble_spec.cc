@@ -155,9 +155,9 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
   const FluctuationPlan plan = fluctuation_plan(spec);
   if (plan.lags.size() < 2) return problem("layers", "there is no lag to measure; name layers beside layer 0");
   if (!plan.bases.empty()) return {};
-  constexpr int hardly_any = 20, usual = 179;  // layers of response; the latter are those of 200 layers under loads
+  constexpr int usual = 179;  // layers of response, those of 200 layers under loads
   const int unused = bottom_margin_of(spec.sampler.model), last = plan.lags.back();
-  const int response = last < hardly_any ? usual : last, beside = plan.layers_needed - last;
+  const int response = last < shallow_response ? usual : last, beside = plan.layers_needed - last;
   return problem("layers",
                  "{} too few for the estimator fluctuation: {} of saturated fluctuations, a reference of "
                  "{}, {} of response and {} at the bottom need {}; give so many, and {} more for each base beyond the "

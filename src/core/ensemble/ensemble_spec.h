@@ -29,6 +29,7 @@ inline constexpr std::uint64_t group_size = 8;
 // Limits of ResponseSpec.
 inline constexpr double least_epsilon = 1e-6, epsilon_limit = 1;  ///< the latter is outside
 inline constexpr int most_overloads = 64;                         ///< of a pile
+inline constexpr int shallow_response = 20;                       ///< layers: peaks above are hardly wider than a bead
 inline constexpr int min_blocks = 8;                              ///< fewest that give a standard error
 inline constexpr int most_blocks = 10'000;                        ///< more give no better one
 inline constexpr std::uint64_t most_samples = 1'000'000'000;      ///< of one seed

@@ -186,15 +186,14 @@ class Derivation {
   /// The deepest window that fits, or else the shallowest one, of which it is told why it cannot be. Overloads that
   /// leave no room for a window do not make it shallow: they are told of.
   void find_window() {
-    constexpr int shallow = 20;  // hardly any response to look at: rather fewer bases
-    if (search_window(shallow) >= shallow || !room_for_overloads_) return;
+    if (search_window() >= shallow_response || !room_for_overloads_) return;
     room_for_overloads_ = false;
     further_bases_ = usual_bases;
-    search_window(shallow);
+    search_window();
   }
 
-  /// Sets the window and returns its last layer.
-  int search_window(int shallow) {
+  /// Sets the window and returns its last layer. Rather than a shallow one it has fewer bases.
+  int search_window() {
     const int deepest = e_.lattice.layers - margin() - 1;
     const int least = std::max(4, open("fit.first_layer") ? 0 : fit_.first_layer + least_window_depths - 1);
     int low = std::min(least, deepest);
@@ -206,7 +205,7 @@ class Derivation {
         (fits(middle) ? low : high) = middle;
       }
       further_bases_ -= usual_bases;
-    } while (low < shallow && further_bases_ >= 0);
+    } while (low < shallow_response && further_bases_ >= 0);
     set_window(low);
     return low;
   }

@@ -587,8 +587,7 @@ std::string note_of_short_window(const Experiment& e) {
         "columns, and {} would hold them all.",
         last, usable, e.lattice.columns, std::floor(columns_needed(widest, usable)) + 1);
   }
-  constexpr int hardly_any = 20;
-  if (last >= hardly_any) return {};
+  if (last >= shallow_response) return {};
   return fmt::format(
       "The window of the fit is layers {} to {}, where peaks are hardly wider than a bead, so that c and D may stay "
       "unknown: give more lattice.layers{}.",
