@@ -181,6 +181,11 @@ TEST_CASE("doctor names what it looked at") {
   const ProcessResult without = run_process(spec);
   CHECK(without.exit_code == 3);
   CHECK_THAT(without.standard_error, Contains("check OPENSSL_CONF"));
+  for (const char* extra : {"ffmpeg", "latex"}) {
+    const std::size_t at = result.out.find(std::string(extra) + ", which");
+    REQUIRE(at != std::string::npos);
+    CHECK(result.out.substr(result.out.find(", is ", at)).starts_with(", is here") == find_program(extra).has_value());
+  }
 }
 
 TEST_CASE("doctor refuses a folder where nothing can be written") {

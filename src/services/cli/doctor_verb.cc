@@ -61,6 +61,17 @@ Finding look_for_fonts() {
   return {"fonts", "missing: DejaVu Sans, in which all figures are labelled", false, "fonts-dejavu-core"};
 }
 
+/// What single commands need. It is told where it is missing, which is no fault.
+Finding look_for_extras() {
+  const auto told = [](const char* program, const char* use, const char* packages) {
+    const bool here = find_program(program).has_value();
+    return fmt::format("{}, which {}, is {}", program, use,
+                       here ? "here" : fmt::format("not here (apt-get install {})", packages));
+  };
+  return {"extras", told("ffmpeg", "joins the frames of a film", "ffmpeg") + "; " +
+                        told("latex", "sets a figure in its own font", "texlive-latex-base texlive-pictures")};
+}
+
 /// Whether a file can be written there, by writing one: permissions do not tell of a read-only or a full file system.
 /// A folder that is not there yet is made, and removed again with what was made above it.
 Finding look_at_output(const fs::path& wanted) {
@@ -107,6 +118,7 @@ ExitCode examine(const std::string& out_folder, bool json, VerbContext& context)
       look_for_fonts(),
       look_for_gnuplot(),
       look_for_program("weasyprint", "report.pdf is left out, and --require-pdf fails", "weasyprint"),
+      look_for_extras(),
       look_at_output(out_folder),
   };
   std::vector<std::string> packages;
