@@ -296,6 +296,18 @@ TEST_CASE("A run meets what is in its folder already") {
     CHECK(run(file, out, {"--only", "sample"}).code == 0);
   }
   {
+    INFO("the user's own file in the place of a result, by force");
+    const std::string name = "summary.md", page = "index.html", history = (scratch / "nights").string();
+    const std::string summary = read_file(out / name);
+    fs::create_directory(history);
+    for (const fs::path& own : {out / name, fs::path(history) / page}) std::ofstream(own) << small;
+    check_one_message(run(out / "." / name, out, {"--force"}), 2, "in the place of this experiment");
+    check_one_message(granuscope_command({"nightly", history + "/" + page, "--history", history}), 2,
+                      "in the place of this experiment");
+    CHECK(read_file(out / name) + read_file(fs::path(history) / page) == small + small);
+    std::ofstream(out / name) << summary;
+  }
+  {
     INFO("its own resolved file, which it may be run from");
     CHECK(run(out / "experiment.toml", out, {"--only", "sample"}).code == 0);
     CHECK(contents_of(out) == before);

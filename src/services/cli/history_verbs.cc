@@ -6,6 +6,7 @@
 #include "experiment/experiment_file.h"
 #include "history/night_book.h"
 #include "history/nightly.h"
+#include "pipeline/run_folder.h"
 
 namespace granuscope {
 namespace {
@@ -31,6 +32,7 @@ ExitCode nightly(const NightlyVerbOptions& given, VerbContext& context) {
     context.err << fmt::format("--grow {} is rounded up to {}, whole rounds of eight samples for each block\n",
                                given.grow, samples_of_night(experiment, given.grow));
   }
+  require_experiment_kept(given.history, given.config);
   const Night night = run_night(experiment, options);
   // cron mails what is printed: nothing, unless there is something to say. Who sits before a terminal wants to look.
   if (::isatty(STDERR_FILENO) != 0) {

@@ -145,6 +145,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     return ExitCode::done;
   }
   require_no_history(options.folder);
+  require_experiment_kept(options.folder, given.config);
   if (!given.shard.empty()) {
     require_shard_alone(given);
     const Shard shard = shard_named(given.shard, environment_variable, options.folder);

@@ -121,6 +121,14 @@ void require_no_history(const fs::path& folder) {
   }
 }
 
+void require_experiment_kept(const fs::path& folder, const fs::path& experiment) {
+  std::error_code none;
+  const fs::path within = fs::weakly_canonical(experiment, none).lexically_relative(fs::weakly_canonical(folder, none));
+  if (within == run_files.front() || (!among(run_files, within) && !among(history_entries, within))) return;
+  throw InputError("{}: results are written there, in the place of this experiment; rename it or choose another folder",
+                   experiment.string());
+}
+
 void require_own_results(const fs::path& folder, const std::string& resolved) {
   require_no_links(folder);
   const std::optional<std::string> key = experiment_key_of_run(folder);

@@ -33,6 +33,9 @@ class RunFolder {
 /// Refuses (InputError) the folder of a history, and those in it, whose files have the names of a run's.
 void require_no_history(const std::filesystem::path& folder);
 
+/// Refuses (InputError) an experiment that has the place of a result, but for experiment.toml, which may be the same.
+void require_experiment_kept(const std::filesystem::path& folder, const std::filesystem::path& experiment);
+
 /// Refuses (InputError, which names them all) a folder in which a run would replace files that no run has written: an
 /// experiment.toml with somebody's comments; a summary.md where no manifest.json and no experiment tell of a run.
 /// `resolved` is the experiment to be run, as it is printed. Writes nothing.
