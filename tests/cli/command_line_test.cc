@@ -76,7 +76,8 @@ TEST_CASE("Bad usage is status 2 with one message and no output") {
   }
 }
 
-TEST_CASE("Every flag for a whole number takes one as people write it, and signs of other places are named") {
+TEST_CASE("Every flag for a whole number takes one as people write it, and signs of other places are named",
+          "[unsanitized]") {
   const test::TemporaryFolder folder;
   CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", "1e2"}).out, Contains("layers = 100 "));
   CHECK_THAT(granuscope_command({"new", "--mu", "0.3", "--layers", "64.0"}).out, Contains("layers = 64 "));

@@ -528,7 +528,7 @@ TEST_CASE("A flag without a verb is named, with the verbs that have it") {
              Contains("there is no flag --dry-rum=1; did you mean --dry-run of run?"));
 }
 
-TEST_CASE("A new experiment has what was asked for, its piles and its time, and writes over nothing") {
+TEST_CASE("A new experiment has what was asked for, its piles and its time, and writes over nothing", "[unsanitized]") {
   const test::TemporaryFolder folder;
   const std::string file = (folder / "mine.toml").string();
   const auto written =
@@ -572,7 +572,7 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK_THAT(granuscope_command({"new", "--estimator", "paired"}).err, Contains("gives no c and D"));
 }
 
-TEST_CASE("A new experiment says where c and D will be unknown, with an error wanted and without") {
+TEST_CASE("A new experiment says where c and D will be unknown, with an error wanted and without", "[unsanitized]") {
   const std::string why = "at layer 39 the fitted width ";
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--error-of", "c=0.01"}}) {
     std::vector<std::string> words = {"new", "--mu", "0.1,0.3", "--layers", "60"};
